@@ -1,0 +1,44 @@
+# `make demo` and `make test` start from nothing but Python 3.11 or newer and make.
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+VENV ?= .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: demo test lint types docs bench validation clean
+
+demo: $(READY)
+	$(BIN)/tlpsim build -o build/fmus
+	$(BIN)/tlpsim run scenarios/typical_tlp.toml -o build/demo.h5
+
+test: $(READY)
+	$(BIN)/python -m pytest
+
+validation: $(READY)
+	$(BIN)/python -m pytest -m validation
+
+bench: $(READY)
+	$(BIN)/python benchmarks/chain.py
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+# A mapped editable install cannot be followed by mypy: check a regular install of the same sources.
+types: $(READY)
+	rm -rf build/types
+	$(BIN)/pip install --quiet --no-deps --target build/types .
+	cd build/types && MYPYPATH=. $(abspath $(BIN))/mypy --config-file $(abspath pyproject.toml) -p tlpsim
+
+docs: $(READY)
+	$(BIN)/python -m pytest tests/test_documentation.py
+
+$(READY): pyproject.toml
+	@test -n "$(PYTHON)" || { echo "tlpsim needs Python 3.11 or newer on the PATH (or PYTHON=/path/to/python)"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	touch $(READY)
+
+clean:
+	rm -rf build $(VENV) *.egg-info
+	find . -name __pycache__ -prune -exec rm -rf {} +

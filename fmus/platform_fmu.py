@@ -1,0 +1,183 @@
+"""The platform FMU: six degrees of freedom on tethers, driven by wind, wave and external forces."""
+
+import ctypes
+
+# pythonfmu 0.7 gives back, at every instantiation, a reference to this module's globals that it never took.
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
+
+import dataclasses  # noqa: E402
+from typing import Any  # noqa: E402
+
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
+from tlpsim.fmus.component import DEGREES_OF_FREEDOM, Component, Variable, six  # noqa: E402
+from tlpsim.fmus.tables import matrix_from_json, record_from_json  # noqa: E402
+from tlpsim.loads import issc_tlp  # noqa: E402
+from tlpsim.loads.errors import ScenarioError  # noqa: E402
+from tlpsim.loads.platform.body import Body  # noqa: E402
+from tlpsim.loads.platform.equilibrium import damping_from_ratios  # noqa: E402
+from tlpsim.loads.platform.motion import PlatformModel, PlatformState, advance, initial_state  # noqa: E402
+from tlpsim.loads.platform.tendons import Tendons  # noqa: E402
+
+TENSIONS = 12
+_BODY = issc_tlp.body()
+_LOADS = ("wind_force.*", "wave_force.*", "external_force.*")
+_FORCE, _MOTION = ("N", "N.m"), ("m", "rad")
+_STATE = ("position", "velocity", "acceleration", "force", "tensions")
+
+
+def _vector(name: str, unit: str, values: Any, description: str) -> tuple[Variable, ...]:
+    return tuple(
+        Variable(
+            name=f"{name}.{axis}", causality="parameter", unit=unit, start=float(value), description=description
+        )
+        for axis, value in zip("xyz", values, strict=False)
+    )
+
+
+def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
+    return Variable(name=name, causality="parameter", unit=unit, start=value, description=description)
+
+
+class TlpsimPlatform(Component):
+    """Adapter over `tlpsim.loads.platform`."""
+
+    description = "Tension leg platform in six degrees of freedom: added mass, hydrostatics, exact tethers"
+    table = (
+        *six("wind_force", "input", "wind force", _FORCE),
+        *six("wave_force", "input", "wave force", _FORCE),
+        *six("external_force", "input", "any other force", _FORCE),
+        *six("position", "output", "displacement of the reference point and rotation", _MOTION),
+        *six("velocity", "output", "velocity", ("m/s", "rad/s"), derivative_of="position"),
+        *six(
+            "acceleration",
+            "output",
+            "acceleration",
+            ("m/s2", "rad/s2"),
+            derivative_of="velocity",
+            depends_on=_LOADS,
+        ),
+        *(
+            Variable(
+                name=f"tendon_tension[{i + 1}]",
+                causality="output",
+                unit="N",
+                description="tension at the top of a tether; zero where there is none",
+            )
+            for i in range(TENSIONS)
+        ),
+        _scalar("mass", "kg", _BODY.mass, "mass of the platform without added mass"),
+        *_vector("centre_of_gravity", "m", _BODY.centre_of_gravity, "from the reference point"),
+        *_vector("inertia", "kg.m2", np.diag(_BODY.inertia), "moment of inertia about the centre of gravity"),
+        _scalar("displaced_volume", "m3", _BODY.displaced_volume, "displaced volume at zero position"),
+        *_vector("centre_of_buoyancy", "m", _BODY.centre_of_buoyancy, "from the reference point"),
+        _scalar("waterplane_area", "m2", _BODY.waterplane_area, "waterplane area"),
+        *_vector(
+            "waterplane_moment", "m4", _BODY.waterplane_moments, "second moment of the waterplane about the axis"
+        ),
+        _scalar("water_density", "kg/m3", _BODY.water_density, "density of the water"),
+        _scalar("gravity", "m/s2", _BODY.gravity, "acceleration of gravity"),
+        *(
+            _scalar(f"damping_ratio.{degree}", "1", ratio, "linear damping, fraction of critical")
+            for degree, ratio in zip(DEGREES_OF_FREEDOM, issc_tlp.DAMPING_RATIOS, strict=True)
+        ),
+        *six("initial_position", "parameter", "position at the start", _MOTION),
+        *six("initial_velocity", "parameter", "velocity at the start", ("m/s", "rad/s")),
+        *(
+            Variable(
+                name=f"free.{degree}",
+                causality="parameter",
+                kind="Boolean",
+                start=True,
+                description="false holds this degree of freedom at its initial position",
+            )
+            for degree in DEGREES_OF_FREEDOM
+        ),
+        Variable(
+            name="integrator",
+            causality="parameter",
+            kind="String",
+            start="fox_goodwin",
+            description="fox_goodwin, central_difference or average_acceleration",
+        ),
+        Variable(
+            name="added_mass",
+            causality="parameter",
+            kind="String",
+            start="",
+            description="JSON list of 6 lists of 6 (kg, kg.m, kg.m2), about the reference point; empty: ISSC TLP",
+        ),
+        Variable(
+            name="tendons",
+            causality="parameter",
+            kind="String",
+            start="",
+            description="JSON object of columns fairleads, anchors (m), axial_stiffness, pretension (N); "
+            "empty: ISSC TLP",
+        ),
+    )
+
+    def prepare(self) -> None:
+        """Build the platform and take views of the variables."""
+        self.model = self._model()
+        self.loads = self.values[: 3 * len(DEGREES_OF_FREEDOM)].reshape(3, -1)
+        self.outputs = {name: self.view(f"{name}.") for name in ("position", "velocity", "acceleration")}
+        count = len(self.model.tendons.pretension)
+        if count > TENSIONS:
+            raise ScenarioError(f"parameter tendons has {count} rows; this FMU has outputs for {TENSIONS}")
+        self.outputs["tensions"] = self.view("tendon_tension[")[:count]
+
+    def _model(self) -> PlatformModel:
+        vector = self._parameters
+        added_mass, tendons = self.parameter("added_mass"), self.parameter("tendons")
+        body = Body(
+            mass=self.parameter("mass"),
+            centre_of_gravity=vector("centre_of_gravity"),
+            inertia=np.diag(vector("inertia")),
+            added_mass=matrix_from_json(added_mass, "added_mass") if added_mass else issc_tlp.ADDED_MASS,
+            displaced_volume=self.parameter("displaced_volume"),
+            centre_of_buoyancy=vector("centre_of_buoyancy"),
+            waterplane_area=self.parameter("waterplane_area"),
+            waterplane_moments=vector("waterplane_moment"),
+            water_density=self.parameter("water_density"),
+            gravity=self.parameter("gravity"),
+        )
+        undamped = PlatformModel(
+            body=body,
+            tendons=record_from_json(Tendons, tendons, "tendons") if tendons else issc_tlp.tendons(),
+            free=np.array([self.parameter(f"free.{degree}") for degree in DEGREES_OF_FREEDOM]),
+            method=self.parameter("integrator"),
+        )
+        return dataclasses.replace(
+            undamped, linear_damping=damping_from_ratios(undamped, vector("damping_ratio"))
+        )
+
+    def _parameters(self, prefix: str) -> NDArray[np.float64]:
+        return self.view(f"{prefix}.").copy()
+
+    def start(self, time: float) -> None:
+        """Put the platform at its initial position under the loads of the start."""
+        self.state = initial_state(
+            self.model,
+            self._parameters("initial_position"),
+            self._parameters("initial_velocity"),
+            self.loads.sum(axis=0),
+        )
+        self._publish()
+
+    def advance(self, time: float, step: float) -> None:
+        """Integrate over one communication step."""
+        advance(self.model, self.state, self.loads.sum(axis=0), step)
+        self._publish()
+
+    def _publish(self) -> None:
+        for name, output in self.outputs.items():
+            output[:] = getattr(self.state, name)
+
+    def snapshot(self) -> dict[str, NDArray[Any]]:
+        """Arrays of the motion."""
+        return {name: getattr(self.state, name).copy() for name in _STATE}
+
+    def restore(self, arrays: dict[str, NDArray[Any]]) -> None:
+        """Arrays of the motion."""
+        self.state = PlatformState(**{name: arrays[name].copy() for name in _STATE})

@@ -1,0 +1,208 @@
+"""Wave and current forces on a moving platform as a function of time.
+
+    c_n = exp(i (omega_n t - k_n (X cos beta_n + Y sin beta_n) + phase_n))                           (1)
+    [eta; F_inertia; u] = Re{H c}                                                                    (2)
+    F_drag = sum_s [e; r x e] 0.5 rho C_D w l |u_r| u_r,   u_r = u + U_current - v                   (3)
+
+(X, Y) is the horizontal position of the platform, or the origin: taking the waves at the displaced position is exact
+for translation, since a shift of a linear wave is a change of its phase. Turning and heave of the strips are
+neglected. All rows of eq. (2) are one real matrix, so that a call is one matrix-vector product and one pass over the
+strips, in a compiled loop whose order of summation is fixed: a run repeats bit for bit whatever the linear algebra
+library. Drag acts up to mean water level. The current is uniform over the depth and does not change the waves.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.hydro.morison import (
+    DEFAULT_STRIP_LENGTH,
+    DEFAULT_WATER_DENSITY,
+    Members,
+    Strips,
+    divide,
+    drag_force,
+    inertia_transfer,
+)
+from tlpsim.loads.waves.airy import velocity_transfer
+from tlpsim.loads.waves.field import WaveComponents
+
+FloatArray = NDArray[np.float64]
+
+_FORCE_ROWS = 7  # elevation and six inertia forces come before the water velocities
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaveForces:
+    """Forces of one instant.
+
+    Parameters
+    ----------
+    diffraction
+        First-order inertia force and moment about the reference point, shape (6,), N and N·m.
+    viscous
+        Drag force and moment, shape (6,), N and N·m.
+    elevation
+        Of the undisturbed water at the point that the phases refer to, m.
+    """
+
+    diffraction: FloatArray
+    viscous: FloatArray
+    elevation: float
+
+
+def _current_velocity(speed: float, heading: float) -> FloatArray:
+    if not (np.isfinite(speed) and speed >= 0.0):
+        raise ScenarioError(f"current speed is {speed} m/s; it must be finite and >= 0, the heading gives the direction")
+    if not np.isfinite(heading):
+        raise ScenarioError(f"current heading is {heading} rad; it must be finite")
+    return np.array([speed * np.cos(heading), speed * np.sin(heading), 0.0])
+
+
+def mean_current_force(
+    members: Members,
+    *,
+    current_speed: float,
+    current_heading: float,
+    water_density: float = DEFAULT_WATER_DENSITY,
+    strip_length: float = DEFAULT_STRIP_LENGTH,
+) -> FloatArray:
+    """Drag of the current on a platform at rest in calm water, eq. (3), shape (6,), N and N·m.
+
+    Raises
+    ------
+    ScenarioError
+        If a parameter is out of range.
+    """
+    strips = divide(members, strip_length, water_density)
+    return drag_force(strips, strips.direction @ _current_velocity(current_speed, current_heading))
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _wave_forces(
+    time: float,
+    x: float,
+    y: float,
+    velocity: FloatArray,
+    waves: FloatArray,
+    matrix: FloatArray,
+    strips: FloatArray,
+    response: FloatArray,
+) -> FloatArray:
+    """Eq. (1) to (3): elevation, inertia force (6) and drag force (6), shape (13,).
+
+    `waves` holds omega, k cos beta, k sin beta and phase as rows; `matrix` the real and the negative imaginary part
+    of H as columns of 2N rows; `strips` the projection (6), the current and the drag factor of each transverse axis;
+    `response` is room for the rows of eq. (2).
+    """
+    rows = matrix.shape[1]
+    for row in range(rows):
+        response[row] = 0.0
+    for n in range(waves.shape[1]):
+        angle = waves[0, n] * time - (waves[1, n] * x + waves[2, n] * y) + waves[3, n]
+        cosine, sine = math.cos(angle), math.sin(angle)
+        for row in range(rows):
+            response[row] += matrix[2 * n, row] * cosine + matrix[2 * n + 1, row] * sine
+    result = np.zeros(13)
+    for row in range(7):
+        result[row] = response[row]
+    for s in range(strips.shape[0] // 2):
+        first, second = 2 * s, 2 * s + 1
+        relative_1 = response[7 + first] + strips[first, 6]
+        relative_2 = response[7 + second] + strips[second, 6]
+        for dof in range(6):
+            relative_1 -= strips[first, dof] * velocity[dof]
+            relative_2 -= strips[second, dof] * velocity[dof]
+        speed = math.sqrt(relative_1 * relative_1 + relative_2 * relative_2)
+        force_1 = strips[first, 7] * speed * relative_1
+        force_2 = strips[second, 7] * speed * relative_2
+        for dof in range(6):
+            result[7 + dof] += strips[first, dof] * force_1 + strips[second, dof] * force_2
+    return result
+
+
+class WaveLoads:
+    """Wave and current forces; a pure function of time, position and velocity.
+
+    Parameters
+    ----------
+    components
+        The sea; `calm_water` for current alone.
+    members
+        The hull.
+    water_density
+        In kg/m³.
+    strip_length
+        Greatest length of a strip for drag, m.
+    current_speed, current_heading
+        In m/s, and the direction toward which it flows, rad.
+    displaced_position
+        Take the waves at the platform's horizontal position rather than at the origin.
+
+    Raises
+    ------
+    ScenarioError
+        If a parameter is out of range, or a member reaches below the sea bed.
+    """
+
+    def __init__(
+        self,
+        *,
+        components: WaveComponents,
+        members: Members,
+        water_density: float = DEFAULT_WATER_DENSITY,
+        strip_length: float = DEFAULT_STRIP_LENGTH,
+        current_speed: float = 0.0,
+        current_heading: float = 0.0,
+        displaced_position: bool = True,
+    ) -> None:
+        self.components = components
+        self.strips: Strips = divide(members, strip_length, water_density)
+        self.inertia_transfer = inertia_transfer(members, components, water_density)
+        # A factor on the position rather than a branch in the kernel.
+        self._position_factor = 1.0 if displaced_position else 0.0
+        number, heading = components.wavenumber, components.heading
+        self._waves = np.vstack(
+            [components.angular_frequency, number * np.cos(heading), number * np.sin(heading), components.phase]
+        )
+        water = velocity_transfer(
+            components.angular_frequency, number, heading, components.water_depth, self.strips.position
+        )
+        along = np.einsum("sid,sdn->sin", self.strips.direction.reshape(-1, 2, 3), water)
+        rows = np.vstack(
+            [np.ones((1, len(number))), self.inertia_transfer, along.reshape(-1, len(number))]
+        ) * components.amplitude
+        self._matrix = np.empty((2 * len(number), len(rows)))
+        self._matrix[0::2] = rows.real.T
+        self._matrix[1::2] = -rows.imag.T
+        self._response = np.zeros(len(rows))
+        current = self.strips.direction @ _current_velocity(current_speed, current_heading)
+        self._strips = np.column_stack([self.strips.projection, current, self.strips.drag])
+
+    def evaluate(self, time: float, position: FloatArray, velocity: FloatArray) -> WaveForces:
+        """Forces at `time`.
+
+        Parameters
+        ----------
+        time
+            In s.
+        position, velocity
+            Surge, sway, heave, roll, pitch, yaw and their rates, shape (6,), contiguous, m, rad and per second.
+        """
+        result = _wave_forces(
+            time,
+            self._position_factor * position[0],
+            self._position_factor * position[1],
+            velocity,
+            self._waves,
+            self._matrix,
+            self._strips,
+            self._response,
+        )
+        return WaveForces(
+            diffraction=result[1:_FORCE_ROWS], viscous=result[_FORCE_ROWS:], elevation=float(result[0])
+        )

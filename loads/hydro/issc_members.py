@@ -1,0 +1,76 @@
+"""Members of the ISSC tension leg platform, and the coefficients that Morison's equation needs on them.
+
+Dimensions: WAMIT v7.3 test06 and OrcaWave's test of the same hull (columns of radius 8.435 m at the corners of a
+square of 86.25 m, draught 35 m; pontoons 7.5 m wide, 10.5 m high, flush with the keel, between the columns).
+
+Added mass coefficients across the members are those of two-dimensional potential flow (DNV-RP-C205, Table D-1):
+circle 1.0; rectangle 1.51 at a/b = 1, 1.36 at 2, 1.70 at 0.5, which gives 1.44 for the pontoons' horizontal motion
+(a/b = 10.5/7.5 = 1.4) and 1.60 for their vertical motion (0.714), by the logarithm of a/b. The end coefficient of the
+columns is not from a table. A disc that ends a long cylinder would have about 2/pi; 1.4 also stands for what strips
+leave out in heave, the action of columns and pontoons on each other and on the water surface, and is chosen so that
+the heave added mass is that of the boundary element solution at periods of 10 to 15 s (OrcaWave: 27.1e6 to 28.1e6 kg).
+"""
+
+import numpy as np
+
+from tlpsim.loads.hydro.morison import Members
+
+COLUMN_SPACING = 86.25
+COLUMN_DIAMETER = 16.87
+DRAUGHT = 35.0
+PONTOON_WIDTH = 7.5
+PONTOON_HEIGHT = 10.5
+
+COLUMN_ADDED_MASS_COEFFICIENT = 1.0
+COLUMN_END_ADDED_MASS_COEFFICIENT = 1.8
+PONTOON_HORIZONTAL_ADDED_MASS_COEFFICIENT = 1.44
+PONTOON_VERTICAL_ADDED_MASS_COEFFICIENT = 1.60
+
+
+def issc_members(drag_coefficient: float = 0.8) -> Members:
+    """Four columns and four pontoons, with one drag coefficient for all.
+
+    Raises
+    ------
+    ScenarioError
+        If the drag coefficient is negative or not finite.
+    """
+    half, radius = 0.5 * COLUMN_SPACING, 0.5 * COLUMN_DIAMETER
+    level = -DRAUGHT + 0.5 * PONTOON_HEIGHT
+    inner = half - radius
+    corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+    columns_start = np.column_stack([corners, np.full(4, -DRAUGHT)])
+    columns_end = np.column_stack([corners, np.zeros(4)])
+    pontoons_start = np.array(
+        [[-inner, -half, level], [-inner, half, level], [-half, -inner, level], [half, -inner, level]]
+    )
+    pontoons_end = np.array(
+        [[inner, -half, level], [inner, half, level], [-half, inner, level], [half, inner, level]]
+    )
+    surge, sway = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    four, pair = np.ones((4, 1)), np.ones(2)
+    return Members(
+        start=np.vstack([columns_start, pontoons_start]),
+        end=np.vstack([columns_end, pontoons_end]),
+        across=np.vstack([surge, surge, surge, surge, sway, sway, surge, surge]),
+        # Transverse axis 1 of a pontoon is horizontal: a flow along it meets the height.
+        width=np.vstack(
+            [four * COLUMN_DIAMETER * pair, four * np.array([PONTOON_HEIGHT, PONTOON_WIDTH])]
+        ),
+        area=np.concatenate([np.full(4, np.pi * radius**2), np.full(4, PONTOON_WIDTH * PONTOON_HEIGHT)]),
+        drag_coefficient=np.full((8, 2), drag_coefficient),
+        added_mass_coefficient=np.vstack(
+            [
+                four * COLUMN_ADDED_MASS_COEFFICIENT * pair,
+                four
+                * np.array(
+                    [PONTOON_HORIZONTAL_ADDED_MASS_COEFFICIENT, PONTOON_VERTICAL_ADDED_MASS_COEFFICIENT]
+                ),
+            ]
+        ),
+        # The columns' upper ends are the water line; a pontoon ends on two columns.
+        end_pressure=np.vstack([four * np.array([1.0, 0.0]), four * pair]),
+        end_added_mass_coefficient=np.vstack(
+            [four * np.array([COLUMN_END_ADDED_MASS_COEFFICIENT, 0.0]), np.zeros((4, 2))]
+        ),
+    )

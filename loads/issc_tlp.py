@@ -1,0 +1,122 @@
+"""The ISSC/ITTC tension leg platform, on which the field compares its codes (Eatock Taylor & Jefferys 1986).
+
+Sources of the figures:
+
+    [W]  WAMIT v7.3, tests 06 and 07 (hull geometry, centre of gravity, radii of gyration); the published OrcaWave
+         validation on the same test has the same hull
+    [Q]  commonly quoted in the literature, not read from a stored source: masses, inertias, tethers;
+         they agree with the hull's volume and with its radii of gyration
+    [C]  Capytaine 3.0, direct method, 1576 cosine-spaced panels, 450 m depth, 0.1 rad/s, 1025 kg/m³
+    [D]  derived here from the above
+
+Number of tethers in a column's group: not found in print; three is usual. The added mass is that of 0.1 rad/s, which
+stands for zero frequency; the memory of radiation is not in it.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tlpsim.loads.platform.body import SEA_WATER_DENSITY, STANDARD_GRAVITY, Body
+from tlpsim.loads.platform.equilibrium import damping_from_ratios
+from tlpsim.loads.platform.motion import PlatformModel
+from tlpsim.loads.platform.tendons import Tendons
+
+WATER_DEPTH = 450.0
+"""m [W]"""
+DRAUGHT = 35.0
+"""m [W]"""
+COLUMN_SPACING = 86.25
+"""m, centre to centre, columns on the corners of a square [W]"""
+COLUMN_RADIUS = 8.435
+"""m [W]"""
+PONTOON_WIDTH = 7.5
+"""m [W]"""
+PONTOON_HEIGHT = 10.5
+"""m, flush with the keel [W]"""
+MASS = 40.5e6
+"""kg [Q]"""
+CENTRE_OF_GRAVITY_HEIGHT = 3.0
+"""m above the still water level [W]"""
+ROLL_INERTIA = PITCH_INERTIA = 82.37e9
+"""kg·m² about the centre of gravity [Q]"""
+YAW_INERTIA = 98.07e9
+"""kg·m² about the centre of gravity [Q]"""
+TOTAL_PRETENSION = 14.0e6 * STANDARD_GRAVITY
+"""N, the weight of 14.0e6 kg [Q]"""
+TOTAL_AXIAL_STIFFNESS = 3.37e11
+"""N, sum of EA, 0.813e9 N/m over 415 m [Q]"""
+TENDONS_PER_COLUMN = 3
+DISPLACED_VOLUME = (MASS * STANDARD_GRAVITY + TOTAL_PRETENSION) / (SEA_WATER_DENSITY * STANDARD_GRAVITY)
+"""m³, weight and pretension equal buoyancy [D]"""
+WATERPLANE_AREA = 4.0 * math.pi * COLUMN_RADIUS**2
+"""m² [D]"""
+WATERPLANE_MOMENT = math.pi * COLUMN_RADIUS**4 + WATERPLANE_AREA * (COLUMN_SPACING / 2.0) ** 2
+"""m⁴, about the x and the y axis alike [D]"""
+DAMPING_RATIOS = (0.0, 0.0, 0.02, 0.02, 0.02, 0.0)
+"""Fractions of critical damping: 2 % in the tether modes, none where the fluid gives it."""
+
+COLUMN_CENTRES = 0.5 * COLUMN_SPACING * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+"""(4, 2) m, counter-clockwise from the first quadrant"""
+COLUMN_CENTRES.flags.writeable = False
+
+ADDED_MASS = np.diag([4.947307715e7, 4.947307715e7, 2.932613137e7, 5.955794413e10, 5.955794413e10, 1.151069090e11])
+"""(6, 6) kg, kg·m, kg·m², about the origin on the still water level [C]"""
+ADDED_MASS[0, 4] = ADDED_MASS[4, 0] = -9.971977877e8
+ADDED_MASS[1, 3] = ADDED_MASS[3, 1] = 9.971977877e8
+ADDED_MASS.flags.writeable = False
+
+
+def _centre_of_buoyancy_height() -> float:
+    """Height of the centroid of columns and pontoons, m; the pontoons run between the column walls [D]."""
+    columns = WATERPLANE_AREA * DRAUGHT
+    pontoons = 4.0 * (COLUMN_SPACING - 2.0 * COLUMN_RADIUS) * PONTOON_WIDTH * PONTOON_HEIGHT
+    pontoon_height = -DRAUGHT + 0.5 * PONTOON_HEIGHT
+    return (columns * -0.5 * DRAUGHT + pontoons * pontoon_height) / (columns + pontoons)
+
+
+def body() -> Body:
+    """Hull with its mass, inertia, zero-frequency added mass and hydrostatics."""
+    return Body(
+        mass=MASS,
+        centre_of_gravity=np.array([0.0, 0.0, CENTRE_OF_GRAVITY_HEIGHT]),
+        inertia=np.diag([ROLL_INERTIA, PITCH_INERTIA, YAW_INERTIA]),
+        added_mass=ADDED_MASS,
+        displaced_volume=DISPLACED_VOLUME,
+        centre_of_buoyancy=np.array([0.0, 0.0, _centre_of_buoyancy_height()]),
+        waterplane_area=WATERPLANE_AREA,
+        waterplane_moments=np.array([WATERPLANE_MOMENT, WATERPLANE_MOMENT]),
+    )
+
+
+def tendons() -> Tendons:
+    """Twelve tethers, three at each column's centre, from the keel straight down to the sea bed.
+
+    Tethers 1 to 3 stand at the column in the first quadrant, the others follow counter-clockwise.
+    """
+    count = len(COLUMN_CENTRES) * TENDONS_PER_COLUMN
+    plan = np.repeat(COLUMN_CENTRES, TENDONS_PER_COLUMN, axis=0)
+    return Tendons(
+        fairleads=np.column_stack((plan, np.full(count, -DRAUGHT))),
+        anchors=np.column_stack((plan, np.full(count, -WATER_DEPTH))),
+        axial_stiffness=np.full(count, TOTAL_AXIAL_STIFFNESS / count),
+        pretension=np.full(count, TOTAL_PRETENSION / count),
+    )
+
+
+def platform(damping_ratios: ArrayLike = DAMPING_RATIOS) -> PlatformModel:
+    """The whole platform, ready for time stepping.
+
+    Parameters
+    ----------
+    damping_ratios : (6,) fractions of critical damping, surge, sway, heave, roll, pitch, yaw.
+
+    Raises
+    ------
+    ScenarioError
+        For a negative ratio.
+    """
+    undamped = PlatformModel(body=body(), tendons=tendons())
+    return replace(undamped, linear_damping=damping_from_ratios(undamped, damping_ratios))

@@ -1,0 +1,171 @@
+"""What the platform model gives without stepping in time: energy, natural periods, damping and equilibrium.
+
+    energy          1/2 v^T M v + V(x),  V of weight, buoyancy and tendons
+    periods         (K - omega² M) phi = 0 with the tangent stiffness K at a pose; single: omega_i² = K_ii/M_ii
+    damping         B_ii = 2 zeta_i sqrt(M_ii K_ii)
+    equilibrium     r(x) = Q(x), by Newton's method with the exact tangent
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eigh
+from scipy.optimize import linear_sum_assignment
+
+from tlpsim.loads.errors import ScenarioError, SolverError
+from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy
+from tlpsim.loads.platform.motion import PlatformModel, PlatformState, restoring_force, tangent_stiffness
+from tlpsim.loads.platform.tendons import tendon_energy
+
+DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+LARGEST_INCREMENTS = 64
+LARGEST_ITERATION = 30
+
+
+def potential_energy(model: PlatformModel, pose: NDArray[Any]) -> Any:
+    """Potential energy of weight, buoyancy and tendons, J, at `pose` (6,) m, rad."""
+    return hydrostatic_energy(model.body, pose) + tendon_energy(model.tendons, pose)
+
+
+def mechanical_energy(model: PlatformModel, state: PlatformState) -> float:
+    """Kinetic energy with added mass plus potential energy above that of zero pose, J."""
+    kinetic = 0.5 * float(state.velocity @ model.mass @ state.velocity)
+    return kinetic + float(potential_energy(model, state.position) - potential_energy(model, np.zeros(6)))
+
+
+def natural_periods(model: PlatformModel, pose: ArrayLike = (0.0,) * 6) -> NDArray[np.float64]:
+    """Undamped natural periods of the coupled free degrees of freedom.
+
+    Parameters
+    ----------
+    pose : (6,) m, rad, where the tangent stiffness is taken.
+
+    Returns
+    -------
+    (6,) s, each mode under the degree of freedom that holds most of its kinetic energy; nan for a held one,
+    inf for a mode that nothing restores.
+    """
+    free = np.flatnonzero(model.free)
+    periods = np.full(6, np.nan)
+    if free.size:
+        chosen = np.ix_(free, free)
+        mass, stiffness = model.mass[chosen], tangent_stiffness(model, _pose(pose))[chosen]
+        squared, modes = eigh(stiffness, mass)
+        share = np.abs(modes * (mass @ modes))
+        rows, columns = linear_sum_assignment(-share)
+        periods[free[rows]] = _period(squared[columns], stiffness, mass)
+    return periods
+
+
+def single_periods(model: PlatformModel, pose: ArrayLike = (0.0,) * 6) -> NDArray[np.float64]:
+    """Natural periods with only one degree of freedom free at a time, (6,) s; inf where nothing restores.
+
+    `pose` is (6,) m, rad, where the tangent stiffness is taken.
+    """
+    stiffness = tangent_stiffness(model, _pose(pose))
+    return _period(np.diag(stiffness) / np.diag(model.mass), stiffness, model.mass)
+
+
+def _pose(pose: ArrayLike) -> NDArray[np.float64]:
+    return np.array(fixed_array(pose, (6,), "pose"))
+
+
+def _period(
+    squared: NDArray[np.float64], stiffness: NDArray[np.float64], mass: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    # Round-off of a vanishing stiffness must not come out as a long but finite period.
+    floor = 1e-14 * float(np.max(np.abs(np.diag(stiffness)) / np.diag(mass)))
+    restored = squared > floor
+    return np.where(restored, 2.0 * np.pi / np.sqrt(np.where(restored, squared, 1.0)), np.inf)
+
+
+def damping_from_ratios(model: PlatformModel, ratios: ArrayLike) -> NDArray[np.float64]:
+    """Diagonal linear damping 2 zeta_i sqrt(M_ii K_ii), (6, 6) N·s/m, N·m·s, at zero pose.
+
+    Parameters
+    ----------
+    ratios : (6,) fractions of critical damping of the single degrees of freedom, >= 0.
+
+    Raises
+    ------
+    ScenarioError
+        For a negative ratio, or a ratio where no stiffness restores the degree of freedom.
+    """
+    values = fixed_array(ratios, (6,), "damping ratios")
+    mass, stiffness = np.diag(model.mass), np.diag(model.stiffness)
+    for name, ratio, restoring in zip(DEGREES_OF_FREEDOM, values, stiffness, strict=True):
+        if ratio < 0.0:
+            raise ScenarioError(f"damping ratio in {name} is {ratio}, expected >= 0")
+        if ratio > 0.0 and restoring <= 0.0:
+            raise ScenarioError(
+                f"damping ratio in {name} is {ratio}, but its stiffness is {restoring:.6g}: "
+                "give a linear damping coefficient instead"
+            )
+    return np.diag(2.0 * values * np.sqrt(mass * np.maximum(stiffness, 0.0)))
+
+
+def static_equilibrium(
+    model: PlatformModel, force: ArrayLike, start: ArrayLike = (0.0,) * 6
+) -> NDArray[np.float64]:
+    """Pose at rest under a constant load.
+
+    The load goes on at once and, where Newton's method does not converge so, in 2, 4, ... 64 increments.
+
+    Parameters
+    ----------
+    force : (6,) N, N·m, earth-fixed, about the reference point.
+    start : (6,) m, rad, first guess; held degrees of freedom stay there.
+
+    Returns
+    -------
+    (6,) m, rad.
+
+    Raises
+    ------
+    SolverError
+        When no equilibrium is found.
+    """
+    load, origin = fixed_array(force, (6,), "static force"), _pose(start)
+    increments = 1
+    while increments <= LARGEST_INCREMENTS:
+        pose: NDArray[np.float64] | None = origin
+        for number in range(1, increments + 1):
+            if pose is not None:
+                pose = _newton(model, load * (number / increments), pose)
+        if pose is not None:
+            return pose
+        increments *= 2
+    raise SolverError(
+        f"platform has no equilibrium near {origin} under the load {load}, "
+        f"tried in up to {LARGEST_INCREMENTS} increments: check the load, the pretension and the free degrees of freedom"
+    )
+
+
+def _newton(
+    model: PlatformModel, load: NDArray[np.float64], start: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Newton's method from `start`; None when it does not converge."""
+    free, pose, step = model.free, start.copy(), 1e-30
+    if not np.any(free):
+        return pose
+
+    def residual(at: NDArray[Any]) -> NDArray[Any]:
+        return (restoring_force(model, at) - generalized_force(load, at))[free]
+
+    for _ in range(LARGEST_ITERATION):
+        tangent = np.column_stack(
+            [residual(pose + 1j * step * unit).imag / step for unit in np.eye(6)[free]]
+        )
+        try:
+            change = np.linalg.solve(tangent, -residual(pose))
+        except np.linalg.LinAlgError:
+            return None
+        pose[free] += change
+        # A rotation beyond a radian or an offset beyond ten kilometres is no equilibrium of a moored platform.
+        if not np.all(np.isfinite(pose)) or np.abs(pose[3:]).max() > 1.0 or np.abs(pose[:3]).max() > 1e4:
+            return None
+        # Round-off of the weight over the surge stiffness is some 1e-13 m; convergence is quadratic.
+        if np.abs(change).max() <= 1e-11 * max(1.0, float(np.abs(pose).max())):
+            return pose
+    return None

@@ -1,0 +1,1 @@
+"""Waves: spectra, linear wave theory and irregular seas as sums of components."""

@@ -1,0 +1,1 @@
+"""Wind: mean profile, spectra, coherence, sampled turbulence and the forces on a platform."""

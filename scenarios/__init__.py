@@ -1,0 +1,1 @@
+"""The user's edge: scenario schema, assembly into a system, results, statistics and the command line."""

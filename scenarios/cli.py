@@ -1,0 +1,118 @@
+"""The command `tlpsim`: build, run, check, info.
+
+Heavy imports stand inside the commands, so that `tlpsim --help` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from tlpsim.loads.errors import TlpsimError
+
+if TYPE_CHECKING:
+    from tlpsim.scenarios.schema import Scenario
+
+app = typer.Typer(
+    name="tlpsim",
+    help="Co-simulation of tension leg platforms in wind, waves and current as a system of FMUs.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Set a key of the scenario, as in waves.significant_height=9."
+    ),
+]
+Duration = Annotated[str | None, typer.Option(metavar="S", help="Duration in s, or with a unit: 3h.")]
+Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of wind and waves.")]
+
+
+@app.command()
+def build(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the FMUs.")],
+    bundle: Annotated[
+        bool, typer.Option("--bundle", help="Pack the sources in, for a Python without tlpsim.")
+    ] = False,
+) -> None:
+    """Build wind.fmu, wave.fmu and platform.fmu."""
+    from tlpsim.fmus.build import build as build_fmus
+
+    for path in build_fmus(output, bundle=bundle):
+        typer.echo(path)
+
+
+@app.command()
+def run(
+    scenario: ScenarioFile,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="Results file (HDF5).")],
+    duration: Duration = None,
+    seed: Seed = None,
+    settings: Settings = None,
+) -> None:
+    """Run a scenario and print the response by degree of freedom."""
+    from tlpsim.scenarios.console import print_summary, progress_bar
+    from tlpsim.scenarios.run import run_scenario
+
+    chosen = _load(scenario, duration, seed, settings)
+    with progress_bar(chosen.simulation.duration) as progress:
+        results = run_scenario(chosen, output, observers=[progress])
+    print_summary(results)
+
+
+@app.command()
+def check(
+    scenario: ScenarioFile, duration: Duration = None, seed: Seed = None, settings: Settings = None
+) -> None:
+    """Check a scenario, its FMUs and their wiring without running it."""
+    from tlpsim.scenarios.assemble import assembled
+    from tlpsim.scenarios.console import print_system
+
+    chosen = _load(scenario, duration, seed, settings)
+    with assembled(chosen) as assembly:
+        print_system(chosen, assembly)
+
+
+@app.command()
+def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu or a results .h5 file.")]) -> None:
+    """Print what an FMU or a results file holds."""
+    from tlpsim.scenarios.console import print_fmu, print_results
+
+    if file.suffix == ".fmu":
+        from tlpsim.orchestrator.fmu import read_description
+
+        print_fmu(read_description(file))
+    else:
+        from tlpsim.scenarios.results import open_results
+
+        print_results(open_results(file))
+
+
+def _load(path: Path, duration: str | None, seed: int | None, settings: list[str] | None) -> Scenario:
+    from tlpsim.scenarios.schema import Scenario
+
+    overrides = list(settings or [])
+    if duration is not None:
+        overrides.append(f"simulation.duration={duration}")
+    if seed is not None:
+        overrides.append(f"simulation.seed={seed}")
+    return Scenario.load(path, overrides)
+
+
+def main() -> None:
+    """Entry point: an error that tlpsim raised on purpose is one line and exit code 2."""
+    try:
+        app()
+    except TlpsimError as error:
+        typer.echo(f"tlpsim: error: {error}", err=True)
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""The ISSC TLP: what its figures add up to, against figures published or quoted apart from those put in."""
+
+import numpy as np
+import pytest
+
+from tlpsim.loads import issc_tlp
+from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.platform.equilibrium import natural_periods, single_periods
+from tlpsim.loads.platform.motion import initial_state, restoring_force
+
+MODEL = issc_tlp.platform()
+
+
+def test_tension_and_weight_equal_buoyancy_at_rest() -> None:
+    state = initial_state(MODEL, np.zeros(6), np.zeros(6), np.zeros(6))
+    body = MODEL.body
+    buoyancy = body.water_density * body.gravity * body.displaced_volume
+    assert state.tensions.sum() + body.mass * body.gravity == pytest.approx(buoyancy, rel=1e-9)
+    np.testing.assert_allclose(restoring_force(MODEL, np.zeros(6)) / buoyancy, 0.0, atol=1e-12)
+
+
+def test_derived_volume_is_that_of_the_panelled_hull() -> None:
+    # 53 066.4 t of unit density displaced by WAMIT's mesh, whose flat panels lose 0.2 % of the round columns.
+    assert MODEL.body.displaced_volume == pytest.approx(53066.4, rel=3e-3)
+
+
+def test_inertia_has_the_published_radii_of_gyration() -> None:
+    # The published radii belong to 53 066.4 t; with the lighter platform the quoted inertias are 2 % on 38.876 m.
+    published = 54.5e6 * np.array([38.876, 38.876, 42.420]) ** 2
+    np.testing.assert_allclose(np.diag(MODEL.body.inertia), published, rtol=0.005)
+
+
+def test_tether_stiffness_is_the_quoted_one() -> None:
+    heave = issc_tlp.TOTAL_AXIAL_STIFFNESS / MODEL.tendons.unstretched_length[0]
+    assert heave == pytest.approx(0.813e9, rel=2e-3)
+    # Quoted 1.501e12 N·m/rad for the tethers alone: 0.5 % under stiffness times squared column distance.
+    assert heave * (0.5 * issc_tlp.COLUMN_SPACING) ** 2 == pytest.approx(1.501e12, rel=0.01)
+    np.testing.assert_allclose(np.linalg.norm(MODEL.tendons.anchors - MODEL.tendons.fairleads, axis=1), 415.0)
+
+
+def test_natural_periods() -> None:
+    single, coupled = single_periods(MODEL), natural_periods(MODEL)
+    np.testing.assert_allclose(single, [103.6, 103.6, 1.82, 1.92, 1.92, 82.7], rtol=0.02)
+    # Added mass couples pitch with surge, which shortens the pitch mode by 3 %.
+    np.testing.assert_allclose(coupled, [103.6, 103.6, 1.83, 1.864, 1.864, 82.7], rtol=2e-3)
+
+
+def test_added_mass_is_near_the_published_one() -> None:
+    # OrcaWave at 15 s, 1 t/m³; the table's frequency is 0.1 rad/s, and they differ by a few per cent.
+    added = MODEL.body.added_mass / 1.025
+    expected = {(0, 0): 49364.7e3, (2, 2): 28135.9e3, (0, 4): -9.8904e8, (4, 4): 5.82609e10, (5, 5): 1.173413e11}
+    for entry, value in expected.items():
+        assert added[entry] == pytest.approx(value, rel=0.05)
+
+
+def test_twelve_tendons_stand_three_at_each_column() -> None:
+    plan = MODEL.tendons.fairleads[:, :2].reshape(4, 3, 2)
+    np.testing.assert_array_equal(plan, np.repeat(issc_tlp.COLUMN_CENTRES[:, None], 3, axis=1))
+    assert np.array_equal(np.sign(plan[:, 0]), [[1, 1], [-1, 1], [-1, -1], [1, -1]])
+
+
+def test_damping_only_in_the_tether_modes() -> None:
+    critical = 2.0 * np.sqrt(np.diag(MODEL.mass) * np.diag(MODEL.stiffness))
+    np.testing.assert_allclose(np.diag(MODEL.linear_damping) / critical, [0, 0, 0.02, 0.02, 0.02, 0], atol=1e-15)
+    with pytest.raises(ScenarioError, match="damping ratio in yaw"):
+        issc_tlp.platform([0, 0, 0, 0, 0, -1.0])
