@@ -60,9 +60,7 @@ def build(destination: Path, names: Iterable[str] = tuple(COMPONENTS), bundle: b
     try:
         destination.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FmuError(
-            f"cannot make folder {destination}: {error.strerror}; name another with -o"
-        ) from error
+        raise FmuError(f"cannot make folder {destination}: {error.strerror}; name another with -o") from error
     return [_build_one(name, destination, bundle) for name in names]
 
 
@@ -95,9 +93,7 @@ def _bundle(work: Path) -> Path:
     """Copy the packages that an FMU imports to `tlpsim/` in `work`."""
     bundle = work / "tlpsim"
     for package in BUNDLED_PACKAGES:
-        shutil.copytree(
-            ROOMS.parent / package, bundle / package, ignore=shutil.ignore_patterns("__pycache__", "*.nb?")
-        )
+        shutil.copytree(ROOMS.parent / package, bundle / package, ignore=shutil.ignore_patterns("__pycache__", "*.nb?"))
     return bundle
 
 
@@ -105,9 +101,7 @@ def _rewrite(source: Path, target: Path) -> None:
     """Copy an archive with sorted, compressed entries and one fixed date."""
     with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as new:
         for name in sorted(old.namelist()):
-            new.writestr(
-                zipfile.ZipInfo(name, _ZIP_EPOCH), old.read(name), compress_type=zipfile.ZIP_DEFLATED
-            )
+            new.writestr(zipfile.ZipInfo(name, _ZIP_EPOCH), old.read(name), compress_type=zipfile.ZIP_DEFLATED)
 
 
 def built_in(name: str, cache: Path) -> Path:

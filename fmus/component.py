@@ -131,9 +131,7 @@ class Component(Fmi2Slave):
             KINDS[variable.kind](
                 variable.name,
                 causality=Fmi2Causality[variable.causality],
-                variability=Fmi2Variability[
-                    VARIABILITY[variable.causality] if variable.kind == "Real" else "fixed"
-                ],
+                variability=Fmi2Variability[VARIABILITY[variable.causality] if variable.kind == "Real" else "fixed"],
                 initial=Fmi2Initial.calculated
                 if output
                 else (Fmi2Initial.exact if variable.causality == "parameter" else None),
@@ -221,9 +219,7 @@ class Component(Fmi2Slave):
         if self._stepping:
             if parameters:
                 name = self.table[max(vrs)].name
-                raise FmuError(
-                    f"{self.instance_name}: parameter {name} is fixed; set it before initialization ends"
-                )
+                raise FmuError(f"{self.instance_name}: parameter {name} is fixed; set it before initialization ends")
             return
         self._current = False
         self._prepared = self._prepared and not parameters

@@ -6,6 +6,7 @@ import ctypes
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 import dataclasses  # noqa: E402
+from collections.abc import Callable, Iterable  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -29,7 +30,11 @@ _STATE = ("position", "velocity", "acceleration", "force", "tensions")
 def _vector(name: str, unit: str, values: Any, description: str) -> tuple[Variable, ...]:
     return tuple(
         Variable(
-            name=f"{name}.{axis}", causality="parameter", unit=unit, start=float(value), description=description
+            name=f"{name}.{axis}",
+            causality="parameter",
+            unit=unit,
+            start=float(value),
+            description=description,
         )
         for axis, value in zip("xyz", values, strict=False)
     )
@@ -37,6 +42,35 @@ def _vector(name: str, unit: str, values: Any, description: str) -> tuple[Variab
 
 def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
     return Variable(name=name, causality="parameter", unit=unit, start=value, description=description)
+
+
+def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
+    """Platform from the FMU's parameters, of which `parameter` gives the value by name."""
+
+    def vector(name: str, parts: Iterable[str]) -> NDArray[Any]:
+        return np.array([parameter(f"{name}.{part}") for part in parts])
+
+    added_mass, tendons = parameter("added_mass"), parameter("tendons")
+    body = Body(
+        mass=parameter("mass"),
+        centre_of_gravity=vector("centre_of_gravity", "xyz"),
+        inertia=np.diag(vector("inertia", "xyz")),
+        added_mass=matrix_from_json(added_mass, "added_mass") if added_mass else issc_tlp.ADDED_MASS,
+        displaced_volume=parameter("displaced_volume"),
+        centre_of_buoyancy=vector("centre_of_buoyancy", "xyz"),
+        waterplane_area=parameter("waterplane_area"),
+        waterplane_moments=vector("waterplane_moment", "xy"),
+        water_density=parameter("water_density"),
+        gravity=parameter("gravity"),
+    )
+    undamped = PlatformModel(
+        body=body,
+        tendons=record_from_json(Tendons, tendons, "tendons") if tendons else issc_tlp.tendons(),
+        free=vector("free", DEGREES_OF_FREEDOM),
+        method=parameter("integrator"),
+    )
+    damping = damping_from_ratios(undamped, vector("damping_ratio", DEGREES_OF_FREEDOM))
+    return dataclasses.replace(undamped, linear_damping=damping)
 
 
 class TlpsimPlatform(Component):
@@ -73,7 +107,10 @@ class TlpsimPlatform(Component):
         *_vector("centre_of_buoyancy", "m", _BODY.centre_of_buoyancy, "from the reference point"),
         _scalar("waterplane_area", "m2", _BODY.waterplane_area, "waterplane area"),
         *_vector(
-            "waterplane_moment", "m4", _BODY.waterplane_moments, "second moment of the waterplane about the axis"
+            "waterplane_moment",
+            "m4",
+            _BODY.waterplane_moments,
+            "second moment of the waterplane about the axis",
         ),
         _scalar("water_density", "kg/m3", _BODY.water_density, "density of the water"),
         _scalar("gravity", "m/s2", _BODY.gravity, "acceleration of gravity"),
@@ -119,38 +156,13 @@ class TlpsimPlatform(Component):
 
     def prepare(self) -> None:
         """Build the platform and take views of the variables."""
-        self.model = self._model()
+        self.model = platform_model(self.parameter)
         self.loads = self.values[: 3 * len(DEGREES_OF_FREEDOM)].reshape(3, -1)
         self.outputs = {name: self.view(f"{name}.") for name in ("position", "velocity", "acceleration")}
         count = len(self.model.tendons.pretension)
         if count > TENSIONS:
             raise ScenarioError(f"parameter tendons has {count} rows; this FMU has outputs for {TENSIONS}")
         self.outputs["tensions"] = self.view("tendon_tension[")[:count]
-
-    def _model(self) -> PlatformModel:
-        vector = self._parameters
-        added_mass, tendons = self.parameter("added_mass"), self.parameter("tendons")
-        body = Body(
-            mass=self.parameter("mass"),
-            centre_of_gravity=vector("centre_of_gravity"),
-            inertia=np.diag(vector("inertia")),
-            added_mass=matrix_from_json(added_mass, "added_mass") if added_mass else issc_tlp.ADDED_MASS,
-            displaced_volume=self.parameter("displaced_volume"),
-            centre_of_buoyancy=vector("centre_of_buoyancy"),
-            waterplane_area=self.parameter("waterplane_area"),
-            waterplane_moments=vector("waterplane_moment"),
-            water_density=self.parameter("water_density"),
-            gravity=self.parameter("gravity"),
-        )
-        undamped = PlatformModel(
-            body=body,
-            tendons=record_from_json(Tendons, tendons, "tendons") if tendons else issc_tlp.tendons(),
-            free=np.array([self.parameter(f"free.{degree}") for degree in DEGREES_OF_FREEDOM]),
-            method=self.parameter("integrator"),
-        )
-        return dataclasses.replace(
-            undamped, linear_damping=damping_from_ratios(undamped, vector("damping_ratio"))
-        )
 
     def _parameters(self, prefix: str) -> NDArray[np.float64]:
         return self.view(f"{prefix}.").copy()

@@ -32,11 +32,7 @@ def record_from_json(record: type[Record], text: str, parameter: str) -> Record:
         ) from error
     fields = [f for f in dataclasses.fields(record) if f.init]  # type: ignore[arg-type]
     names = [f.name for f in fields]
-    required = {
-        f.name
-        for f in fields
-        if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
-    }
+    required = {f.name for f in fields if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING}
     if not isinstance(columns, dict) or not required <= set(columns) <= set(names):
         given = ", ".join(columns) if isinstance(columns, dict) else type(columns).__name__
         raise ScenarioError(f"parameter {parameter} has {given}; give an object with {', '.join(names)}")

@@ -5,13 +5,18 @@ import ctypes
 # pythonfmu 0.7 gives back, at every instantiation, a reference to this module's globals that it never took.
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
+from collections.abc import Callable  # noqa: E402
+from typing import Any  # noqa: E402
+
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
 from tlpsim.fmus.component import Component, Variable, six  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
-from tlpsim.loads.hydro.excitation import WaveLoads  # noqa: E402
+from tlpsim.loads.hydro.excitation import WaveLoads, mean_current_force  # noqa: E402
 from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
 from tlpsim.loads.hydro.morison import DEFAULT_WATER_DENSITY, Members  # noqa: E402
 from tlpsim.loads.waves.airy import STANDARD_GRAVITY  # noqa: E402
-from tlpsim.loads.waves.field import calm_water, wave_components  # noqa: E402
+from tlpsim.loads.waves.field import WaveComponents, calm_water, wave_components  # noqa: E402
 
 _FORCE = ("N", "N.m")
 _MOTION = ("position.*", "velocity.*")
@@ -19,6 +24,52 @@ _MOTION = ("position.*", "velocity.*")
 
 def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
     return Variable(name=name, causality="parameter", unit=unit, start=value, description=description)
+
+
+def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
+    """Wave loads from the FMU's parameters, of which `parameter` gives the value by name."""
+    return WaveLoads(
+        components=_components(parameter),
+        members=_members(parameter),
+        water_density=parameter("water_density"),
+        current_speed=parameter("current_speed"),
+        current_heading=parameter("current_heading"),
+        displaced_position=parameter("displaced_position"),
+    )
+
+
+def current_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
+    """Drag of the current alone on a platform at rest, (6,) N, N·m, from the FMU's parameters."""
+    return mean_current_force(
+        _members(parameter),
+        current_speed=parameter("current_speed"),
+        current_heading=parameter("current_heading"),
+        water_density=parameter("water_density"),
+    )
+
+
+def _members(parameter: Callable[[str], Any]) -> Members:
+    members = parameter("members")
+    return record_from_json(Members, members, "members") if members else issc_members()
+
+
+def _components(parameter: Callable[[str], Any]) -> WaveComponents:
+    water_depth, gravity = parameter("water_depth"), parameter("gravity")
+    if parameter("significant_height") == 0.0:
+        return calm_water(water_depth=water_depth, gravity=gravity)
+    return wave_components(
+        spectrum=parameter("spectrum"),
+        significant_height=parameter("significant_height"),
+        peak_period=parameter("peak_period"),
+        peak_enhancement=parameter("peak_enhancement"),
+        heading=parameter("heading"),
+        water_depth=water_depth,
+        lowest_frequency=parameter("frequency_min"),
+        highest_frequency=parameter("frequency_max"),
+        count=parameter("components"),
+        seed=parameter("seed"),
+        gravity=gravity,
+    )
 
 
 class TlpsimWave(Component):
@@ -84,39 +135,13 @@ class TlpsimWave(Component):
 
     def prepare(self) -> None:
         """Draw the sea and take views of the variables."""
-        members = self.parameter("members")
-        self.model = WaveLoads(
-            components=self._components(),
-            members=record_from_json(Members, members, "members") if members else issc_members(),
-            water_density=self.parameter("water_density"),
-            current_speed=self.parameter("current_speed"),
-            current_heading=self.parameter("current_heading"),
-            displaced_position=self.parameter("displaced_position"),
-        )
+        self.model = wave_model(self.parameter)
         self.position = self.view("position.")
         self.velocity = self.view("velocity.")
         self.force = self.view("force.")
         self.diffraction = self.view("diffraction.")
         self.viscous = self.view("viscous.")
         self.elevation = self.view("elevation")
-
-    def _components(self):  # type: ignore[no-untyped-def]
-        water_depth, gravity = self.parameter("water_depth"), self.parameter("gravity")
-        if self.parameter("significant_height") == 0.0:
-            return calm_water(water_depth=water_depth, gravity=gravity)
-        return wave_components(
-            spectrum=self.parameter("spectrum"),
-            significant_height=self.parameter("significant_height"),
-            peak_period=self.parameter("peak_period"),
-            peak_enhancement=self.parameter("peak_enhancement"),
-            heading=self.parameter("heading"),
-            water_depth=water_depth,
-            lowest_frequency=self.parameter("frequency_min"),
-            highest_frequency=self.parameter("frequency_max"),
-            count=self.parameter("components"),
-            seed=self.parameter("seed"),
-            gravity=gravity,
-        )
 
     def start(self, time: float) -> None:
         """Forces and elevation at `time`; the model keeps no state."""

@@ -5,6 +5,7 @@ import ctypes
 # pythonfmu 0.7 gives back, at every instantiation, a reference to this module's globals that it never took.
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
+from collections.abc import Callable  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -12,7 +13,24 @@ from numpy.typing import NDArray  # noqa: E402
 from tlpsim.fmus.component import Component, Variable, six  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.filters.arma import ProcessState  # noqa: E402
-from tlpsim.loads.wind.force import DEFAULT_AIR_DENSITY, Segments, wind_loads  # noqa: E402
+from tlpsim.loads.wind.force import DEFAULT_AIR_DENSITY, Segments, WindLoads, wind_loads  # noqa: E402
+
+
+def wind_model(parameter: Callable[[str], Any]) -> WindLoads:
+    """Wind loads from the FMU's parameters, of which `parameter` gives the value by name."""
+    segments = parameter("segments")
+    return wind_loads(
+        speed_10=parameter("mean_speed"),
+        heading=parameter("heading"),
+        spectrum=parameter("spectrum"),
+        roughness_length=parameter("roughness"),
+        lateral_coherence=parameter("coherence.lateral"),
+        vertical_coherence=parameter("coherence.vertical"),
+        air_density=parameter("air_density"),
+        segments=record_from_json(Segments, segments, "segments") if segments else None,
+        sampling_step=parameter("sampling_step"),
+        seed=parameter("seed"),
+    )
 
 
 class TlpsimWind(Component):
@@ -30,14 +48,19 @@ class TlpsimWind(Component):
             description="wind speed, area-weighted mean over the segments",
         ),
         Variable(
-            name="mean_speed", causality="parameter", unit="m/s", start=20.0, description="mean at 10 m height"
+            name="mean_speed",
+            causality="parameter",
+            unit="m/s",
+            start=20.0,
+            description="mean at 10 m height",
         ),
         Variable(
-            name="heading", causality="parameter", unit="rad", description="direction toward which the wind blows"
+            name="heading",
+            causality="parameter",
+            unit="rad",
+            description="direction toward which the wind blows",
         ),
-        Variable(
-            name="roughness", causality="parameter", unit="m", start=0.001, description="roughness length z0"
-        ),
+        Variable(name="roughness", causality="parameter", unit="m", start=0.001, description="roughness length z0"),
         Variable(
             name="air_density",
             causality="parameter",
@@ -86,19 +109,7 @@ class TlpsimWind(Component):
 
     def prepare(self) -> None:
         """Fit the gusts and take views of the variables."""
-        segments = self.parameter("segments")
-        self.model = wind_loads(
-            speed_10=self.parameter("mean_speed"),
-            heading=self.parameter("heading"),
-            spectrum=self.parameter("spectrum"),
-            roughness_length=self.parameter("roughness"),
-            lateral_coherence=self.parameter("coherence.lateral"),
-            vertical_coherence=self.parameter("coherence.vertical"),
-            air_density=self.parameter("air_density"),
-            segments=record_from_json(Segments, segments, "segments") if segments else None,
-            sampling_step=self.parameter("sampling_step"),
-            seed=self.parameter("seed"),
-        )
+        self.model = wind_model(self.parameter)
         self.velocity = self.view("velocity.")
         self.yaw = self.view("position.yaw")
         self.force = self.view("force.")

@@ -2,15 +2,15 @@
 
 Sources of the figures:
 
-    [W]  WAMIT v7.3, tests 06 and 07 (hull geometry, centre of gravity, radii of gyration); the published OrcaWave
-         validation on the same test has the same hull
+    [W]  WAMIT v7.3, tests 06 and 07 (hull geometry, centre of gravity, radii of gyration); the published
+         OrcaWave validation on the same test has the same hull
     [Q]  commonly quoted in the literature, not read from a stored source: masses, inertias, tethers;
          they agree with the hull's volume and with its radii of gyration
     [C]  Capytaine 3.0, direct method, 1576 cosine-spaced panels, 450 m depth, 0.1 rad/s, 1025 kg/m³
     [D]  derived here from the above
 
-Number of tethers in a column's group: not found in print; three is usual. The added mass is that of 0.1 rad/s, which
-stands for zero frequency; the memory of radiation is not in it.
+Number of tethers in a column's group: not found in print; three is usual. The added mass is that of
+0.1 rad/s, which stands for zero frequency; the memory of radiation is not in it.
 """
 
 import math
@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-
+from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import SEA_WATER_DENSITY, STANDARD_GRAVITY, Body
 from tlpsim.loads.platform.equilibrium import damping_from_ratios
 from tlpsim.loads.platform.motion import PlatformModel
@@ -77,32 +77,74 @@ def _centre_of_buoyancy_height() -> float:
     return (columns * -0.5 * DRAUGHT + pontoons * pontoon_height) / (columns + pontoons)
 
 
-def body() -> Body:
-    """Hull with its mass, inertia, zero-frequency added mass and hydrostatics."""
+def balancing_pretension(water_density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY) -> float:
+    """Total pretension that holds the hull at its draught, N: buoyancy less weight.
+
+    Parameters
+    ----------
+    water_density : kg/m³.
+    gravity : m/s².
+
+    Raises
+    ------
+    ScenarioError
+        When the hull is too heavy for the water.
+    """
+    pretension = (water_density * DISPLACED_VOLUME - MASS) * gravity
+    if pretension <= 0.0:
+        raise ScenarioError(
+            f"the ISSC TLP of {MASS:g} kg sinks in water of {water_density:g} kg/m³: its volume of "
+            f"{DISPLACED_VOLUME:.0f} m³ needs more than {MASS / DISPLACED_VOLUME:.0f} kg/m³"
+        )
+    return pretension
+
+
+def body(water_density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY) -> Body:
+    """Hull with its mass, inertia, zero-frequency added mass and hydrostatics.
+
+    Parameters
+    ----------
+    water_density : kg/m³; the added mass goes with it.
+    gravity : m/s².
+    """
     return Body(
         mass=MASS,
         centre_of_gravity=np.array([0.0, 0.0, CENTRE_OF_GRAVITY_HEIGHT]),
         inertia=np.diag([ROLL_INERTIA, PITCH_INERTIA, YAW_INERTIA]),
-        added_mass=ADDED_MASS,
+        added_mass=ADDED_MASS * (water_density / SEA_WATER_DENSITY),
         displaced_volume=DISPLACED_VOLUME,
         centre_of_buoyancy=np.array([0.0, 0.0, _centre_of_buoyancy_height()]),
         waterplane_area=WATERPLANE_AREA,
         waterplane_moments=np.array([WATERPLANE_MOMENT, WATERPLANE_MOMENT]),
+        water_density=water_density,
+        gravity=gravity,
     )
 
 
-def tendons() -> Tendons:
+def tendons(water_depth: float = WATER_DEPTH, pretension: float = TOTAL_PRETENSION) -> Tendons:
     """Twelve tethers, three at each column's centre, from the keel straight down to the sea bed.
 
     Tethers 1 to 3 stand at the column in the first quadrant, the others follow counter-clockwise.
+
+    Parameters
+    ----------
+    water_depth : m; the tethers' EA stays what it is.
+    pretension : N, of all tethers together.
+
+    Raises
+    ------
+    ScenarioError
+        When the water is no deeper than the draught.
     """
+    if water_depth <= DRAUGHT:
+        raise ScenarioError(f"water depth is {water_depth:g} m, expected more than the draught of {DRAUGHT:g} m")
     count = len(COLUMN_CENTRES) * TENDONS_PER_COLUMN
     plan = np.repeat(COLUMN_CENTRES, TENDONS_PER_COLUMN, axis=0)
     return Tendons(
         fairleads=np.column_stack((plan, np.full(count, -DRAUGHT))),
-        anchors=np.column_stack((plan, np.full(count, -WATER_DEPTH))),
+        anchors=np.column_stack((plan, np.full(count, -water_depth))),
         axial_stiffness=np.full(count, TOTAL_AXIAL_STIFFNESS / count),
-        pretension=np.full(count, TOTAL_PRETENSION / count),
+        pretension=np.full(count, pretension / count),
     )
 
 

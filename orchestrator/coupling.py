@@ -29,10 +29,8 @@ from tlpsim.orchestrator.system import Connection, System, bound_outputs, declar
 FloatArray = NDArray[np.float64]
 
 _EXTRAPOLATION_ORDERS = {"hold": 0, "linear": 1, "quadratic": 2, "derivatives": 1}
-_PADDING = max(
-    max(item.before for item in (*CAUSAL.values(), *SYMMETRIC.values())),
-    max(_EXTRAPOLATION_ORDERS.values()) + 1,
-)
+_REACH = max(item.before for item in (*CAUSAL.values(), *SYMMETRIC.values()))
+_PADDING = max(_REACH, max(_EXTRAPOLATION_ORDERS.values()) + 1)
 _SPARE_ROWS = 64
 _CACHE_LENGTH = 4096
 
@@ -78,8 +76,13 @@ class History:
         """Make the sample that was written to `next_row` the newest one."""
         self.newest += 1
 
+    def initial_row(self) -> FloatArray:
+        """Return the row of the first sample; it counts once `begin` is called."""
+        result: FloatArray = self.rows[-self.base]
+        return result
+
     def begin(self, start: int) -> None:
-        """Make the sample that was written to `next_row` that of the start time, and of all times before."""
+        """Make `initial_row` the sample of the start time and of all times before, in ns."""
         self.start = start
         self.rows[: -self.base] = self.rows[-self.base]
         self.newest = 0
@@ -198,6 +201,7 @@ class Link:
         "_cache",
         "_columns",
         "_derivative_columns",
+        "_derivative_flat",
         "_derivative_values",
         "_filter_weights",
         "_history",
@@ -229,6 +233,7 @@ class Link:
         self._all = np.zeros(history.width) if self._scattered else into
         self._derivative_columns = plan.columns.ravel() if len(plan.columns) > 1 else None
         self._derivative_values = np.zeros(plan.columns.shape)
+        self._derivative_flat = self._derivative_values.reshape(-1)
         self._cache: dict[int, FloatArray] = {}
 
     def fill(self, time: int) -> None:
@@ -272,7 +277,7 @@ class Link:
                 weights = np.array([1.0, seconds, 0.5 * seconds**2])[: len(self._derivative_values)]
                 self._cache[key] = weights
             row = self._history.rows[newest - self._history.base]
-            row.take(self._derivative_columns, out=self._derivative_values.ravel(), mode="clip")
+            row.take(self._derivative_columns, out=self._derivative_flat, mode="clip")
             np.dot(weights, self._derivative_values, out=self._into)
 
     def _combine(self, weights: FloatArray, first: int) -> None:

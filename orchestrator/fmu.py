@@ -90,9 +90,7 @@ _START_CONVERTERS: dict[str, Callable[[str], float | int | bool | str]] = {
 }
 
 
-def _variable(
-    element: ElementTree.Element, names: Sequence[str], units: Mapping[str, str]
-) -> Variable | None:
+def _variable(element: ElementTree.Element, names: Sequence[str], units: Mapping[str, str]) -> Variable | None:
     """Make a record of a ScalarVariable element; None for a type that the master does not pass on."""
     typed = next((child for child in element if child.tag in _START_CONVERTERS), None)
     if typed is None:
@@ -298,8 +296,7 @@ class FmuInstance(Instance):
     def messages(self) -> tuple[str, ...]:
         """The newest log messages of the FMU, oldest first, one line each."""
         return tuple(
-            f"t = {time:.9g} s, {_STATUS_NAMES.get(status, status)}: {text}"
-            for time, status, text in self._messages
+            f"t = {time:.9g} s, {_STATUS_NAMES.get(status, status)}: {text}" for time, status, text in self._messages
         )
 
     def _log(self, status: int, text: str) -> None:

@@ -170,9 +170,7 @@ _TYPE_CHECKS: dict[str, tuple[Callable[[object], bool], Callable[[Any], object]]
 _SETTABLE_CAUSALITIES = ("parameter", "input")
 
 
-def checked_parameters(
-    name: str, variables: Mapping[str, Variable], values: Mapping[str, object]
-) -> dict[str, Any]:
+def checked_parameters(name: str, variables: Mapping[str, Variable], values: Mapping[str, object]) -> dict[str, Any]:
     """Check parameter values against the declared variables of a component.
 
     Parameters
@@ -197,9 +195,7 @@ def checked_parameters(
     for key, value in values.items():
         variable = variables.get(key)
         if variable is None:
-            raise WiringError(
-                f"{name}: no variable '{key}' to set as a parameter{nearest_match(key, variables)}"
-            )
+            raise WiringError(f"{name}: no variable '{key}' to set as a parameter{nearest_match(key, variables)}")
         if variable.causality not in _SETTABLE_CAUSALITIES or variable.variability == "constant":
             raise WiringError(
                 f"{name}: '{key}' is {variable.causality}, {variable.variability}, and cannot be set; "

@@ -136,9 +136,7 @@ def _check_connection(connection: Connection, by_name: Mapping[str, Component]) 
     output = _variable(source, connection.source_variable, "output", where)
     into = _variable(target, connection.target_variable, "input", where)
     if _unit(output.unit) and _unit(into.unit) and _unit(output.unit) != _unit(into.unit):
-        raise WiringError(
-            f"{where}: the output is in {output.unit} and the input in {into.unit}; connect like units"
-        )
+        raise WiringError(f"{where}: the output is in {output.unit} and the input in {into.unit}; connect like units")
     if connection.filter not in CAUSAL:
         raise WiringError(f"{where}: filter '{connection.filter}' is not one of {', '.join(CAUSAL)}")
     if connection.extrapolation not in EXTRAPOLATIONS:
@@ -244,13 +242,11 @@ def loops(system: System) -> list[set[str]]:
 
 
 def declared_derivatives(instance: Instance, name: str) -> tuple[str, ...]:
-    """Return the names of the declared time derivatives of a variable: none, the first, or first and second."""
+    """Return the names of a variable's declared time derivatives: none, the first, or first and second."""
     by_state = {
         variable.derivative_of: variable.name
         for variable in instance.variables.values()
-        if variable.derivative_of is not None
-        and variable.type == "Real"
-        and variable.causality in ("output", "local")
+        if variable.derivative_of is not None and variable.type == "Real" and variable.causality in ("output", "local")
     }
     first = by_state.get(name)
     if first is None:

@@ -4,9 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from tlpsim.scenarios.cli import app
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -27,11 +26,7 @@ def test_links_and_named_files_exist(document: Path) -> None:
 def test_commands_in_code_exist(document: Path) -> None:
     known = {command.name or command.callback.__name__ for command in app.registered_commands}  # type: ignore[union-attr]
     code = re.findall(r"```(?:sh|console|bash)\n(.*?)```|`(tlpsim [^`]+)`", document.read_text(), re.DOTALL)
-    named = {
-        match.group(1)
-        for block in code
-        for match in re.finditer(r"(?:^|\s)tlpsim ([a-z]+)", "\n".join(block))
-    }
+    named = {match.group(1) for block in code for match in re.finditer(r"(?:^|\s)tlpsim ([a-z]+)", "\n".join(block))}
     assert named <= known
 
 

@@ -79,6 +79,8 @@ class Members:
 
     def __post_init__(self) -> None:
         count = len(self.area)
+        if count == 0:
+            raise ScenarioError("members: there are none; a hull needs at least one member")
         shapes = {"start": (count, 3), "end": (count, 3), "across": (count, 3), "area": (count,)}
         for name in self.__dataclass_fields__:
             value = np.array(getattr(self, name), dtype=np.float64)
@@ -92,12 +94,12 @@ class Members:
         require_positive("width of a member", self.width, "m")
         length = np.linalg.norm(self.end - self.start, axis=1)
         require_positive("length of a member", length, "m")
-        highest = max(float(self.start[:, 2].max()), float(self.end[:, 2].max())) if count else 0.0
+        highest = max(float(self.start[:, 2].max()), float(self.end[:, 2].max()))
         if highest > 0.0:
             raise ScenarioError(f"members: an end lies at z = {highest} m; end members at mean water level, z = 0")
         along = np.abs(np.sum(self.across * (self.end - self.start), axis=1)) / length
         unit = np.abs(np.linalg.norm(self.across, axis=1) - 1.0)
-        if count and max(float(along.max()), float(unit.max())) > 1e-9:
+        if max(float(along.max()), float(unit.max())) > 1e-9:
             raise ScenarioError("members: across must hold unit vectors normal to the members' axes")
 
 
@@ -133,7 +135,9 @@ def projection(position: FloatArray, direction: FloatArray) -> FloatArray:
     return np.hstack([direction, np.cross(position, direction)])
 
 
-def _along_members(members: Members, nodes: FloatArray, weights: FloatArray, water_density: float) -> Strips:
+def _along_members(
+    members: Members, nodes: list[FloatArray], weights: list[FloatArray], water_density: float
+) -> Strips:
     """Strips at fractions `nodes[m]` of member m that count for fractions `weights[m]` of its length."""
     positions, directions, froude_krylov, added, drag = [], [], [], [], []
     for m in range(len(members.area)):
@@ -176,20 +180,21 @@ def divide(members: Members, strip_length: float, water_density: float) -> Strip
     """
     require_positive("water density", water_density, "kg/m³")
     counts = _strip_counts(members, strip_length)
-    nodes = [(np.arange(count) + 0.5) / count for count in counts]
-    weights = [np.full(count, 1.0 / count) for count in counts]
-    return _along_members(members, nodes, weights, water_density)  # type: ignore[arg-type]
+    nodes: list[FloatArray] = [(np.arange(count) + 0.5) / count for count in counts]
+    weights: list[FloatArray] = [np.full(count, 1.0 / count) for count in counts]
+    return _along_members(members, nodes, weights, water_density)
 
 
 def _quadrature(members: Members, water_density: float) -> Strips:
     """Gauss-Legendre points on pieces of at most 5 m, for terms that are smooth along a member."""
     require_positive("water density", water_density, "kg/m³")
     points, shares = np.polynomial.legendre.leggauss(_STRIP_QUADRATURE_POINTS)
-    nodes, weights = [], []
+    nodes: list[FloatArray] = []
+    weights: list[FloatArray] = []
     for count in _strip_counts(members, DEFAULT_STRIP_LENGTH):
         nodes.append((np.arange(count)[:, None] + 0.5 * (points + 1.0)).ravel() / count)
         weights.append(np.tile(0.5 * shares, count) / count)
-    return _along_members(members, nodes, weights, water_density)  # type: ignore[arg-type]
+    return _along_members(members, nodes, weights, water_density)
 
 
 def _ends(members: Members, water_density: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

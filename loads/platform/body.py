@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from tlpsim.loads.errors import ScenarioError
 
 STANDARD_GRAVITY = 9.80665
@@ -41,9 +40,7 @@ def fixed_array(values: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray
         When the shape differs or a value is not finite.
     """
     array = np.array(values, dtype=np.float64, order="C")
-    fits = array.ndim == len(shape) and all(
-        want in (-1, have) for want, have in zip(shape, array.shape, strict=True)
-    )
+    fits = array.ndim == len(shape) and all(want in (-1, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
         expected = str(shape).replace("-1", "n")
         raise ScenarioError(f"{name} has shape {array.shape}, expected {expected}: give one value for each entry")
@@ -66,7 +63,7 @@ class Body:
     displaced_volume : m³, at zero pose.
     centre_of_buoyancy : (3,) m, from the reference point, at zero pose.
     waterplane_area : m², centred on the reference point.
-    waterplane_moments : (2,) m⁴, second moments about the x axis (∫y²dA) and about the y axis (∫x²dA).
+    waterplane_moments : (2,) m⁴, second moments about the x axis (∫y²dA) and the y axis (∫x²dA).
     water_density : kg/m³.
     gravity : m/s².
 
@@ -109,7 +106,7 @@ class Body:
             asymmetry = float(np.abs(matrix - matrix.T).max())
             if asymmetry > 1e-9 * float(np.abs(matrix).max()):
                 raise ScenarioError(
-                    f"body {name} is not symmetric, its largest asymmetry is {asymmetry:.6g}: give (A + A^T)/2"
+                    f"body {name} is not symmetric, largest asymmetry {asymmetry:.6g}: give (A + A^T)/2"
                 )
         for name, matrix in (("inertia", self.inertia), ("mass matrix with added mass", mass_matrix(self))):
             lowest = float(np.linalg.eigvalsh(matrix)[0])

@@ -1,7 +1,9 @@
-"""What the platform model gives without stepping in time: energy, natural periods, damping and equilibrium.
+"""What the platform model gives without stepping in time: energy, periods, damping and equilibrium.
+
+The equations:
 
     energy          1/2 v^T M v + V(x),  V of weight, buoyancy and tendons
-    periods         (K - omega² M) phi = 0 with the tangent stiffness K at a pose; single: omega_i² = K_ii/M_ii
+    periods         (K - omega² M) phi = 0 with the tangent stiffness K at a pose; single: K_ii/M_ii
     damping         B_ii = 2 zeta_i sqrt(M_ii K_ii)
     equilibrium     r(x) = Q(x), by Newton's method with the exact tangent
 """
@@ -12,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
-
 from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy
 from tlpsim.loads.platform.motion import PlatformModel, PlatformState, restoring_force, tangent_stiffness
@@ -105,9 +106,7 @@ def damping_from_ratios(model: PlatformModel, ratios: ArrayLike) -> NDArray[np.f
     return np.diag(2.0 * values * np.sqrt(mass * np.maximum(stiffness, 0.0)))
 
 
-def static_equilibrium(
-    model: PlatformModel, force: ArrayLike, start: ArrayLike = (0.0,) * 6
-) -> NDArray[np.float64]:
+def static_equilibrium(model: PlatformModel, force: ArrayLike, start: ArrayLike = (0.0,) * 6) -> NDArray[np.float64]:
     """Pose at rest under a constant load.
 
     The load goes on at once and, where Newton's method does not converge so, in 2, 4, ... 64 increments.
@@ -138,13 +137,12 @@ def static_equilibrium(
         increments *= 2
     raise SolverError(
         f"platform has no equilibrium near {origin} under the load {load}, "
-        f"tried in up to {LARGEST_INCREMENTS} increments: check the load, the pretension and the free degrees of freedom"
+        f"tried in up to {LARGEST_INCREMENTS} increments: check the load, the pretension and the held "
+        "degrees of freedom"
     )
 
 
-def _newton(
-    model: PlatformModel, load: NDArray[np.float64], start: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
+def _newton(model: PlatformModel, load: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Newton's method from `start`; None when it does not converge."""
     free, pose, step = model.free, start.copy(), 1e-30
     if not np.any(free):
@@ -154,15 +152,13 @@ def _newton(
         return (restoring_force(model, at) - generalized_force(load, at))[free]
 
     for _ in range(LARGEST_ITERATION):
-        tangent = np.column_stack(
-            [residual(pose + 1j * step * unit).imag / step for unit in np.eye(6)[free]]
-        )
+        tangent = np.column_stack([residual(pose + 1j * step * unit).imag / step for unit in np.eye(6)[free]])
         try:
             change = np.linalg.solve(tangent, -residual(pose))
         except np.linalg.LinAlgError:
             return None
         pose[free] += change
-        # A rotation beyond a radian or an offset beyond ten kilometres is no equilibrium of a moored platform.
+        # Beyond a radian or ten kilometres there is no equilibrium of a moored platform.
         if not np.all(np.isfinite(pose)) or np.abs(pose[3:]).max() > 1.0 or np.abs(pose[:3]).max() > 1e4:
             return None
         # Round-off of the weight over the surge stiffness is some 1e-13 m; convergence is quadratic.

@@ -1,4 +1,4 @@
-"""The tendons: straight elastic lines without weight between fairleads on the hull and anchors on the sea bed.
+"""The tendons: straight weightless elastic lines between fairleads on the hull and anchors on the sea bed.
 
     d = anchor - (x + R fairlead),   l = |d|,   T = max(0, EA (l - l0)/l0)
     force on the platform T d/l, moment (R fairlead) x force;   l0 = l(zero pose) / (1 + T0/EA)
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import fixed_array, rotation_matrix
 
@@ -68,7 +67,7 @@ class Tendons:
 
 
 def _lines(tendons: Tendons, pose: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Levers R f (n, 3), directions (n, 3), tensions (n,) and elongations (n,), the last two cut off at zero."""
+    """Levers R f and directions (n, 3), tensions and elongations (n,), these two cut off at zero."""
     levers = tendons.fairleads @ rotation_matrix(pose[3:]).T
     spans = tendons.anchors - (pose[:3] + levers)
     lengths = np.sqrt(np.sum(spans * spans, axis=1))  # not norm(): it would drop a complex step

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.equilibrium import natural_periods, single_periods
-from tlpsim.loads.platform.motion import initial_state, restoring_force
+from tlpsim.loads.platform.motion import PlatformModel, initial_state, restoring_force
 
 MODEL = issc_tlp.platform()
 
@@ -20,12 +19,12 @@ def test_tension_and_weight_equal_buoyancy_at_rest() -> None:
 
 
 def test_derived_volume_is_that_of_the_panelled_hull() -> None:
-    # 53 066.4 t of unit density displaced by WAMIT's mesh, whose flat panels lose 0.2 % of the round columns.
+    # 53 066.4 m³ in WAMIT's mesh; the volume derived from quoted masses is 0.2 % more.
     assert MODEL.body.displaced_volume == pytest.approx(53066.4, rel=3e-3)
 
 
 def test_inertia_has_the_published_radii_of_gyration() -> None:
-    # The published radii belong to 53 066.4 t; with the lighter platform the quoted inertias are 2 % on 38.876 m.
+    # Published radii, quoted inertias; these belong to the displaced mass.
     published = 54.5e6 * np.array([38.876, 38.876, 42.420]) ** 2
     np.testing.assert_allclose(np.diag(MODEL.body.inertia), published, rtol=0.005)
 
@@ -48,7 +47,13 @@ def test_natural_periods() -> None:
 def test_added_mass_is_near_the_published_one() -> None:
     # OrcaWave at 15 s, 1 t/m³; the table's frequency is 0.1 rad/s, and they differ by a few per cent.
     added = MODEL.body.added_mass / 1.025
-    expected = {(0, 0): 49364.7e3, (2, 2): 28135.9e3, (0, 4): -9.8904e8, (4, 4): 5.82609e10, (5, 5): 1.173413e11}
+    expected = {
+        (0, 0): 49364.7e3,
+        (2, 2): 28135.9e3,
+        (0, 4): -9.8904e8,
+        (4, 4): 5.82609e10,
+        (5, 5): 1.173413e11,
+    }
     for entry, value in expected.items():
         assert added[entry] == pytest.approx(value, rel=0.05)
 
@@ -64,3 +69,19 @@ def test_damping_only_in_the_tether_modes() -> None:
     np.testing.assert_allclose(np.diag(MODEL.linear_damping) / critical, [0, 0, 0.02, 0.02, 0.02, 0], atol=1e-15)
     with pytest.raises(ScenarioError, match="damping ratio in yaw"):
         issc_tlp.platform([0, 0, 0, 0, 0, -1.0])
+
+
+@pytest.mark.parametrize("water_density", [1000.0, 1030.0])
+def test_pretension_balances_in_other_water(water_density: float) -> None:
+    pretension = issc_tlp.balancing_pretension(water_density, 9.81)
+    model = PlatformModel(body=issc_tlp.body(water_density, 9.81), tendons=issc_tlp.tendons(800.0, pretension))
+    buoyancy = water_density * 9.81 * issc_tlp.DISPLACED_VOLUME
+    assert np.abs(restoring_force(model, np.zeros(6))).max() < 1e-9 * buoyancy
+    assert model.tendons.anchors[:, 2] == pytest.approx(-800.0)
+
+
+def test_water_too_light_or_too_shallow_is_refused() -> None:
+    with pytest.raises(ScenarioError, match="sinks in water of 700"):
+        issc_tlp.balancing_pretension(700.0)
+    with pytest.raises(ScenarioError, match="water depth is 30 m"):
+        issc_tlp.tendons(30.0)

@@ -1,4 +1,4 @@
-"""Body: mass matrix, frames and hydrostatics against point masses, scipy rotations and wall-sided stability."""
+"""Body: mass matrix, frames and hydrostatics against point masses, scipy and wall-sided stability."""
 
 from dataclasses import replace
 
@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import (
@@ -44,7 +43,7 @@ def test_mass_matrix_is_that_of_point_masses() -> None:
     masses, points = generator.uniform(1.0, 2.0, 20), generator.normal(size=(20, 3))
     expected = np.zeros((6, 6))
     for mass, point in zip(masses, points, strict=True):
-        motion = np.hstack((np.eye(3), np.cross(np.eye(3), point).T))  # velocity for unit rates along and about axes
+        motion = np.hstack((np.eye(3), np.cross(np.eye(3), point).T))  # velocity for unit rates
         expected += mass * motion.T @ motion
     total = masses.sum()
     centre = masses @ points / total

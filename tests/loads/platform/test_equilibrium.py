@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
-
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.loads.platform.equilibrium import (
@@ -36,7 +35,10 @@ POSES = st.tuples(
 
 def no_tendons() -> Tendons:
     return Tendons(
-        fairleads=np.zeros((0, 3)), anchors=np.zeros((0, 3)), axial_stiffness=np.zeros(0), pretension=np.zeros(0)
+        fairleads=np.zeros((0, 3)),
+        anchors=np.zeros((0, 3)),
+        axial_stiffness=np.zeros(0),
+        pretension=np.zeros(0),
     )
 
 
@@ -63,7 +65,7 @@ def test_offset_setdown_and_tension_under_a_horizontal_force(force: float) -> No
 
     surge = brentq(imbalance, 0.0, 200.0, xtol=1e-12, rtol=1e-15)
     heave, tension = parallel_line(surge)
-    # Through the fairleads' level the force tilts nothing, so all six degrees of freedom keep the closed form.
+    # Through the fairleads' level the force tilts nothing, so all six freedoms keep the closed form.
     pose = static_equilibrium(MODEL, [force, 0.0, 0.0, 0.0, -35.0 * force, 0.0])
     # Tension is the difference of lengths, so its rounding is 415 m eps EA/l0 = 1e-12 of it.
     np.testing.assert_allclose(pose, [surge, 0.0, heave, 0.0, 0.0, 0.0], rtol=1e-9, atol=1e-12)
@@ -101,7 +103,7 @@ def test_yaw_at_an_offset_tilts_by_unequal_setdown() -> None:
     surge, sway, yaw = pose[0], pose[1], pose[5]
     assert yaw == pytest.approx(0.028, abs=0.002)
     # Column i moves by (x0 - yaw y_i, y0 + yaw x_i) and sets down by half its square over L: a tilt of
-    # roll = yaw x0/L and pitch = yaw y0/L, less 1 % for the hull's own restoring and 1 % for rotated levers.
+    # roll = yaw x0/L, pitch = yaw y0/L, less 1 % for the hull's own restoring and 1 % for rotated levers.
     assert pose[3] == pytest.approx(yaw * surge / LENGTH, rel=0.025)
     assert pose[4] == pytest.approx(yaw * sway / LENGTH, rel=0.025)
 
@@ -118,15 +120,16 @@ def test_tangent_stiffness_against_finite_differences() -> None:
     generator = np.random.default_rng(7)
     for _ in range(5):
         pose = generator.uniform(-1.0, 1.0, 6) * [20.0, 20.0, 0.0, 1e-4, 1e-4, 0.1]
-        pose[2] = -(pose[0] ** 2 + pose[1] ** 2 + 2.0 * (43.125 * pose[5]) ** 2) / (2.0 * LENGTH)  # all lines tight
+        # Setdown keeps all lines tight.
+        pose[2] = -(pose[0] ** 2 + pose[1] ** 2 + 2.0 * (43.125 * pose[5]) ** 2) / (2.0 * LENGTH)
         step = np.array([1e-3, 1e-3, 1e-4, 1e-6, 1e-6, 1e-5])
         columns = [
             (restoring_force(MODEL, pose + h * unit) - restoring_force(MODEL, pose - h * unit)) / (2.0 * h)
             for h, unit in zip(step, np.eye(6), strict=True)
         ]
         difference = np.column_stack(columns)
-        # Scaled by the diagonal, so that every entry counts; rounding of the lines' forces, 1e-4 N on levers of 60 m,
-        # over the steps is some 1e-6 of it.
+        # Scaled by the diagonal, so that every entry counts; rounding of the lines' forces, 1e-4 N on levers
+        # of 60 m, over the steps is some 1e-6 of it.
         diagonal = np.sqrt(np.abs(np.diag(difference)))
         scaled = difference / np.outer(diagonal, diagonal)
         exact = tangent_stiffness(MODEL, pose) / np.outer(diagonal, diagonal)
@@ -168,7 +171,9 @@ def test_natural_periods_of_the_surge_pitch_pair() -> None:
 
 def test_held_and_unrestored_degrees_of_freedom_have_no_period() -> None:
     model = PlatformModel(
-        body=replace(issc_tlp.body(), mass=54.5e6), tendons=no_tendons(), free=np.array([1, 0, 1, 1, 1, 1], dtype=bool)
+        body=replace(issc_tlp.body(), mass=54.5e6),
+        tendons=no_tendons(),
+        free=np.array([1, 0, 1, 1, 1, 1], dtype=bool),
     )
     periods = natural_periods(model)
     assert np.isnan(periods[1])
@@ -196,8 +201,8 @@ def test_damping_ratios_need_a_stiffness() -> None:
     damping = damping_from_ratios(MODEL, [0.05] * 6)
     expected = 0.1 * np.sqrt(np.diag(MODEL.mass) * np.diag(MODEL.stiffness))
     np.testing.assert_allclose(damping, np.diag(expected))
-    with pytest.raises(ScenarioError, match="damping ratio in heave is -0.1, expected >= 0"):
+    with pytest.raises(ScenarioError, match=r"damping ratio in heave is -0\.1, expected >= 0"):
         damping_from_ratios(MODEL, [0.0, 0.0, -0.1, 0.0, 0.0, 0.0])
     drifting = PlatformModel(body=replace(issc_tlp.body(), mass=54.5e6), tendons=no_tendons())
-    with pytest.raises(ScenarioError, match="damping ratio in surge is 0.1, but its stiffness is"):
+    with pytest.raises(ScenarioError, match=r"damping ratio in surge is 0\.1, but its stiffness is"):
         damping_from_ratios(drifting, [0.1, 0.0, 0.0, 0.0, 0.0, 0.0])

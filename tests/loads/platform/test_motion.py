@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError, StepError
 from tlpsim.loads.platform import motion
@@ -47,7 +46,10 @@ def oscillator(period: float, ratio: float = 0.0, method: str = "fox_goodwin") -
         waterplane_moments=np.zeros(2),
     )
     none = Tendons(
-        fairleads=np.zeros((0, 3)), anchors=np.zeros((0, 3)), axial_stiffness=np.zeros(0), pretension=np.zeros(0)
+        fairleads=np.zeros((0, 3)),
+        anchors=np.zeros((0, 3)),
+        axial_stiffness=np.zeros(0),
+        pretension=np.zeros(0),
     )
     model = PlatformModel(body=body, tendons=none, free=only(2), method=method)
     return replace(model, linear_damping=damping_from_ratios(model, [0, 0, ratio, 0, 0, 0]))
@@ -91,9 +93,7 @@ def test_discrete_transfer_function(method: str, period: float) -> None:
     square = 4.0 * np.sin(0.5 * phase) ** 2
     shrink = 1.0 - beta * square
     # Of the recurrence in the module's docstring; with beta = 0 it is that of central differences.
-    transfer = 1.0 / (
-        stiffness - square * mass / (step**2 * shrink) + 1j * damping * np.sin(phase) / (step * shrink)
-    )
+    transfer = 1.0 / (stiffness - square * mass / (step**2 * shrink) + 1j * damping * np.sin(phase) / (step * shrink))
     state = initial_state(model, REST, REST, REST)
     times, record = np.arange(1, 1801), []
     for n in times:
@@ -109,7 +109,8 @@ def test_discrete_transfer_function(method: str, period: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "error"), [("central_difference", 3.4e-3), ("fox_goodwin", 1.4e-5), ("average_acceleration", -6.7e-3)]
+    ("method", "error"),
+    [("central_difference", 3.4e-3), ("fox_goodwin", 1.4e-5), ("average_acceleration", -6.7e-3)],
 )
 def test_frequency_error_of_a_tether_mode(method: str, error: float) -> None:
     record = free_motion(oscillator(2.2, method=method), np.array([0, 0, 1.0, 0, 0, 0]), 0.1, 2000)[:, 2]
@@ -117,7 +118,9 @@ def test_frequency_error_of_a_tether_mode(method: str, error: float) -> None:
     assert 2.2 / recurrence_period(record, 0.1) - 1.0 == pytest.approx(error, rel=0.04)
 
 
-@pytest.mark.parametrize(("method", "order"), [("central_difference", 2), ("fox_goodwin", 4), ("average_acceleration", 2)])
+@pytest.mark.parametrize(
+    ("method", "order"), [("central_difference", 2), ("fox_goodwin", 4), ("average_acceleration", 2)]
+)
 def test_order_of_accuracy_by_step_halving(method: str, order: int) -> None:
     model, errors = oscillator(2.2, method=method), []
     for count in (170, 340, 680):  # 4.25 periods: on a zero crossing, where the phase error stands alone
@@ -161,7 +164,8 @@ def test_free_decay_of_single_degrees_of_freedom(index: int, amplitude: float, p
 
 
 @pytest.mark.parametrize(
-    ("index", "amplitude", "count"), [(0, 0.1, 20720), (2, 1e-3, 4000), (4, 1e-5, 4000), (3, 1e-5, 4000), (5, 1e-3, 16540)]
+    ("index", "amplitude", "count"),
+    [(0, 0.1, 20720), (2, 1e-3, 4000), (4, 1e-5, 4000), (3, 1e-5, 4000), (5, 1e-3, 16540)],
 )
 def test_free_decay_of_the_coupled_platform(index: int, amplitude: float, count: int) -> None:
     record = free_motion(UNDAMPED, amplitude * np.eye(6)[index], 0.1, count)
@@ -190,11 +194,11 @@ def test_energy_of_the_undamped_platform_does_not_drift() -> None:
         if n % 7 == 0:
             energies.append(mechanical_energy(UNDAMPED, state))
     deviation = np.array(energies) / start - 1.0
-    # Bounded ripple: the trapezoidal velocity holds (omega h)²/6 = 2 % of the kinetic energy in the tether modes,
-    # which carry a small part of the total. No drift: first and last tenth agree on average.
-    assert np.abs(deviation).max() < 2e-4
+    # The trapezoidal velocity ripples the kinetic energy by (omega h)²/6: 6e-6 in surge, 2 % in the tether
+    # modes, which carry little of the total. No drift: first and last tenth agree on average.
+    assert np.abs(deviation).max() < 2e-5
     tenth = len(deviation) // 10
-    assert abs(deviation[-tenth:].mean() - deviation[:tenth].mean()) < 2e-5
+    assert abs(deviation[-tenth:].mean() - deviation[:tenth].mean()) < 1e-7
 
 
 def test_against_an_independent_ode_solver() -> None:
@@ -206,9 +210,9 @@ def test_against_an_independent_ode_solver() -> None:
         drive = generalized_force(last * time / end, values[:6]) - restoring_force(TLP, values[:6])
         return np.concatenate((values[6:], inverse @ (drive - TLP.linear_damping @ values[6:])))
 
-    exact = solve_ivp(
-        slope, (0.0, end), np.concatenate((pose, rates)), method="DOP853", rtol=1e-10, atol=1e-12
-    ).y[:, -1]
+    exact = solve_ivp(slope, (0.0, end), np.concatenate((pose, rates)), method="DOP853", rtol=1e-10, atol=1e-12).y[
+        :, -1
+    ]
     errors = []
     for step in (0.1, 0.05, 0.025):
         state = initial_state(TLP, pose, rates, REST)
@@ -217,7 +221,7 @@ def test_against_an_independent_ode_solver() -> None:
             advance(TLP, state, last * (n + 1) / count, step)
         errors.append(np.abs(state.position - exact[:6]) / np.abs(exact[:6]))
     # A transient start excites the velocity's second-order error: a quarter for each halving.
-    assert np.all(errors[0] < [1e-4, 1e-4, 2e-2, 2e-2, 2e-2, 1e-4])
+    assert np.all(errors[0] < [1e-5, 1e-4, 5e-4, 5e-4, 5e-3, 1e-5])
     np.testing.assert_allclose(np.log2(np.max(errors[1]) / np.max(errors[2])), 2.0, atol=0.3)
 
 

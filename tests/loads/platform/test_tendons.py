@@ -1,10 +1,9 @@
-"""Tendons: exact elastic lines against closed forms, the gradient of their energy, slackness and bad input."""
+"""Tendons: exact elastic lines against closed forms, the gradient of their energy, and slackness."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import generalized_force
@@ -118,4 +117,4 @@ def test_bad_tendons_are_refused(changes: dict[str, object], message: str) -> No
     good = single()
     values = {name: getattr(good, name) for name in ("fairleads", "anchors", "axial_stiffness", "pretension")}
     with pytest.raises(ScenarioError, match=message):
-        Tendons(**(values | changes))  # type: ignore[arg-type]
+        Tendons(**(values | changes))

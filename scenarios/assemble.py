@@ -1,0 +1,233 @@
+"""From a scenario to a system: FMUs, their parameters, their wiring, and where the platform starts.
+
+The sections `[wind]`, `[waves]`, … become parameters of the component of that name. A built-in FMU has them all; of
+another FMU those are set that it has, and the others are noted. What `components.NAME.parameters` gives goes over
+them and must exist.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+from tlpsim.fmus.build import built_in
+from tlpsim.fmus.component import DEGREES_OF_FREEDOM
+from tlpsim.fmus.tables import record_to_json
+from tlpsim.loads import issc_tlp
+from tlpsim.loads.errors import TlpsimError
+from tlpsim.orchestrator.clock import to_ticks
+from tlpsim.orchestrator.fmu import FmuInstance
+from tlpsim.orchestrator.system import Component, Connection, System, check, loops
+from tlpsim.scenarios.schema import BUILTIN, Scenario
+from tlpsim.scenarios.schema import Component as Entry
+
+Parameters = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Assembly:
+    """A system that is ready to run, and what a user may want to know about it."""
+
+    system: System
+    notes: tuple[str, ...]
+    loops: tuple[frozenset[str], ...]
+
+
+@contextmanager
+def assembled(scenario: Scenario) -> Iterator[Assembly]:
+    """Load the FMUs of a scenario, wire and check them; free them at the end.
+
+    Raises
+    ------
+    FmuError
+        When an FMU is missing, cannot be read or does not run here.
+    WiringError
+        When a parameter or a connection does not fit its FMU.
+    """
+    instances: dict[str, FmuInstance] = {}
+    try:
+        for name, entry in scenario.components.items():
+            instances[name] = FmuInstance(name, _path(entry))
+        parameters = {name: _parameters(scenario, name, instances[name]) for name in instances}
+        if scenario.simulation.start == "equilibrium":
+            _start_in_equilibrium(scenario, parameters)
+        system = System(
+            components=tuple(
+                Component(
+                    instance=instances[name],
+                    step=to_ticks(entry.step, f"components.{name}.step"),
+                    parameters=parameters[name],
+                    inputs_at=entry.inputs_at,
+                )
+                for name, entry in scenario.components.items()
+            ),
+            connections=_connections(scenario),
+        )
+        notes = [note for name in instances for note in _left_out(scenario, name, instances[name])]
+        yield Assembly(
+            system=system,
+            notes=(*notes, *check(system)),
+            loops=tuple(frozenset(loop) for loop in loops(system)),
+        )
+    finally:
+        for instance in instances.values():
+            with suppress(Exception):
+                instance.free()
+
+
+def _path(entry: Entry) -> Path:
+    if entry.fmu.startswith(BUILTIN):
+        cache = Path(platformdirs.user_cache_dir("tlpsim", appauthor=False)) / "fmus"
+        return built_in(entry.fmu.removeprefix(BUILTIN), cache)
+    return Path(entry.fmu)
+
+
+def _connections(scenario: Scenario) -> tuple[Connection, ...]:
+    components = scenario.components
+    return tuple(
+        Connection(
+            source=wire.source,
+            source_variable=components[wire.source].own_name(wire.source_variable),
+            target=wire.target,
+            target_variable=components[wire.target].own_name(wire.target_variable),
+            filter=wire.filter,
+            extrapolation=wire.extrapolation,
+        )
+        for wire in scenario.wiring()
+    )
+
+
+# Parameters of the contract's components, from the scenario's sections
+
+
+def _wind(scenario: Scenario) -> Parameters:
+    wind = scenario.wind
+    segments = ""
+    if wind.segments is not None:
+        from tlpsim.loads.wind.force import Segments
+
+        segments = record_to_json(
+            Segments(
+                position=np.array([segment.position for segment in wind.segments]),
+                area=np.array([segment.area for segment in wind.segments]),
+                shape_coefficient=np.array([segment.shape_coefficient for segment in wind.segments]),
+            )
+        )
+    return {
+        "mean_speed": wind.speed,
+        "heading": math.radians(wind.heading_deg),
+        "spectrum": wind.spectrum,
+        "roughness": wind.roughness,
+        "air_density": scenario.site.air_density,
+        "sampling_step": wind.sampling_step,
+        "seed": scenario.seeds()["wind"],
+        "segments": segments,
+    }
+
+
+def _wave(scenario: Scenario) -> Parameters:
+    waves, site, current = scenario.waves, scenario.site, scenario.current
+    return {
+        "spectrum": waves.spectrum,
+        "significant_height": waves.significant_height,
+        "peak_period": waves.peak_period,
+        "peak_enhancement": waves.peak_enhancement,
+        "heading": math.radians(waves.heading_deg),
+        "frequency_min": waves.frequency_min,
+        "frequency_max": waves.frequency_max,
+        "components": waves.components,
+        "displaced_position": waves.displaced_position,
+        "seed": scenario.seeds()["wave"],
+        "water_depth": site.water_depth,
+        "water_density": site.water_density,
+        "gravity": site.gravity,
+        "current_speed": current.speed,
+        "current_heading": math.radians(current.heading_deg),
+    }
+
+
+def _platform(scenario: Scenario) -> Parameters:
+    site = scenario.site
+    ratios = zip(DEGREES_OF_FREEDOM, scenario.platform.damping_ratios, strict=True)
+    pretension = issc_tlp.balancing_pretension(site.water_density, site.gravity)
+    body = issc_tlp.body(site.water_density, site.gravity)
+    return {
+        **{f"damping_ratio.{degree}": ratio for degree, ratio in ratios},
+        "water_density": site.water_density,
+        "gravity": site.gravity,
+        "added_mass": json.dumps(body.added_mass.tolist()),
+        "tendons": record_to_json(issc_tlp.tendons(site.water_depth, pretension)),
+    }
+
+
+STANDARD: Mapping[str, Callable[[Scenario], Parameters]] = {"wind": _wind, "wave": _wave, "platform": _platform}
+
+
+def _standard(scenario: Scenario, name: str) -> Parameters:
+    """Parameters that the scenario's sections give a component, by the FMU's own names."""
+    if name not in STANDARD:
+        return {}
+    entry = scenario.components[name]
+    return {entry.own_name(key): value for key, value in STANDARD[name](scenario).items()}
+
+
+def _parameters(scenario: Scenario, name: str, instance: FmuInstance) -> Parameters:
+    entry = scenario.components[name]
+    standard = _standard(scenario, name)
+    if not entry.fmu.startswith(BUILTIN):
+        standard = {key: value for key, value in standard.items() if key in instance.variables}
+    return standard | {entry.own_name(key): value for key, value in entry.parameters.items()}
+
+
+def _left_out(scenario: Scenario, name: str, instance: FmuInstance) -> Iterator[str]:
+    missing = [key for key in _standard(scenario, name) if key not in instance.variables]
+    if missing:
+        yield f"{name}: the FMU has no parameters {', '.join(missing)}; its own values hold"
+
+
+# Start in equilibrium
+
+
+def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters]) -> None:
+    """Give the platform the position in which mean wind, current and tethers balance.
+
+    Only built-in components are looked into; where the platform is another FMU, it starts as it will.
+    """
+    if not _is_builtin(scenario, "platform") or any(
+        key.startswith("initial_position.") for key in scenario.components["platform"].parameters
+    ):
+        return
+    from tlpsim.fmus.platform_fmu import TlpsimPlatform, platform_model
+    from tlpsim.fmus.wave_fmu import TlpsimWave, current_force
+    from tlpsim.fmus.wind_fmu import TlpsimWind, wind_model
+    from tlpsim.loads.platform.equilibrium import static_equilibrium
+
+    def value(component: type, name: str) -> Callable[[str], Any]:
+        defaults = {variable.name: variable.start for variable in component.table}  # type: ignore[attr-defined]
+        return (defaults | parameters[name]).__getitem__
+
+    force: NDArray[np.float64] = np.zeros(6)
+    if _is_builtin(scenario, "wind"):
+        force += wind_model(value(TlpsimWind, "wind")).mean_force()
+    if _is_builtin(scenario, "wave"):
+        force += current_force(value(TlpsimWave, "wave"))
+    try:
+        position = static_equilibrium(platform_model(value(TlpsimPlatform, "platform")), force)
+    except TlpsimError as error:
+        raise type(error)(f'{error}; simulation.start = "rest" starts without it') from error
+    parameters["platform"].update(
+        {f"initial_position.{degree}": float(x) for degree, x in zip(DEGREES_OF_FREEDOM, position, strict=True)}
+    )
+
+
+def _is_builtin(scenario: Scenario, name: str) -> bool:
+    entry = scenario.components.get(name)
+    return entry is not None and entry.fmu == f"{BUILTIN}{name}"

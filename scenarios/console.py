@@ -1,0 +1,154 @@
+"""What the command line shows: progress, the summary by degree of freedom, a system, an FMU, a results file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
+from tlpsim.orchestrator.observers import Observer
+
+if TYPE_CHECKING:
+    from tlpsim.orchestrator.fmu import FmuDescription
+    from tlpsim.scenarios.assemble import Assembly
+    from tlpsim.scenarios.results import Results
+    from tlpsim.scenarios.schema import Scenario
+
+REFRESH = 0.1  # s of wall time between two drawings of the progress bar
+LOOK = 64  # samples between two looks at the wall clock
+
+output = Console(highlight=False)
+messages = Console(stderr=True, highlight=False)
+
+
+class ProgressBar(Observer):
+    """Draws simulated time, speed and time left, now and then."""
+
+    def __init__(self, progress: Progress, duration: float) -> None:
+        self._progress = progress
+        self._task = progress.add_task("starting", total=duration, speed="")
+        self._samples = 0
+        self._began = self._drawn = monotonic()
+
+    def sampled(self, index: int, time: int, values: NDArray[np.float64]) -> None:
+        """Draw when it is time to."""
+        self._samples += 1
+        if self._samples % LOOK:
+            return
+        now = monotonic()
+        if now - self._drawn >= REFRESH:
+            self._drawn = now
+            self._draw(time / NANOSECONDS_PER_SECOND, now)
+
+    def _draw(self, time: float, now: float) -> None:
+        total = self._progress.tasks[0].total or time
+        speed = f"{time / (now - self._began):,.0f} × real time"
+        self._progress.update(
+            self._task, completed=min(time, total), description=f"{time:,.0f} of {total:,.0f} s", speed=speed
+        )
+        self._progress.refresh()
+
+
+@contextmanager
+def progress_bar(duration: float) -> Iterator[ProgressBar]:
+    """Progress bar on the error stream, for a run of so many simulated seconds."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[speed]}"), TimeRemainingColumn())
+    # Drawn by hand: a drawing thread would take time from the FMUs, which run in this process.
+    with Progress(*columns, console=messages, auto_refresh=False, transient=True) as progress:
+        yield ProgressBar(progress, duration)
+
+
+def print_summary(results: Results) -> None:
+    """Response by degree of freedom, as in the paper's Table I, and extreme tensions."""
+    from tlpsim.scenarios.statistics import summary
+
+    found = summary(results)
+    table = Table(title=f"{results.title}: {found.description}")
+    table.add_column("")
+    for heading in ("mean", "std < 0.022 Hz", "std 0.022–0.2 Hz", "std", "min", "max"):
+        table.add_column(heading, justify="right")
+    table.add_column("unit")
+    for row in found.motions:
+        numbers = (row.mean, row.low_frequency, row.wave_frequency, row.std, row.minimum, row.maximum)
+        table.add_row(row.name, *(_number(value) for value in numbers), row.unit)
+    output.print(table)
+    for line in found.lines:
+        output.print(line)
+
+
+def print_system(scenario: Scenario, assembly: Assembly) -> None:
+    """Components with their steps, connections with their filters, loops and notes."""
+    components = Table(title=f"{scenario.title}: components")
+    for heading in ("component", "FMU", "step (s)", "inputs", "outputs", "in a loop with"):
+        components.add_column(heading)
+    for component in assembly.system.components:
+        variables = component.instance.variables.values()
+        partners = {name for loop in assembly.loops if component.name in loop for name in loop} - {component.name}
+        components.add_row(
+            component.name,
+            scenario.components[component.name].fmu,
+            f"{to_seconds(component.step):g}",
+            str(sum(variable.causality == "input" for variable in variables)),
+            str(sum(variable.causality == "output" for variable in variables)),
+            ", ".join(sorted(partners)),
+        )
+    output.print(components)
+    connections = Table(title="connections")
+    for heading in ("from", "to", "filter", "extrapolation"):
+        connections.add_column(heading)
+    for connection in assembly.system.connections:
+        connections.add_row(
+            f"{connection.source}.{connection.source_variable}",
+            f"{connection.target}.{connection.target_variable}",
+            connection.filter,
+            connection.extrapolation,
+        )
+    output.print(connections)
+    for note in assembly.notes:
+        output.print(f"note: {note}")
+    output.print("The scenario is valid, and its FMUs load and fit together.")
+
+
+def print_fmu(description: FmuDescription) -> None:
+    """Identity and variables of an FMU."""
+    output.print(f"{description.path}: {description.model_name}, FMI {description.fmi_version} co-simulation")
+    output.print(f"made by {description.generation_tool or 'an unnamed tool'}; SHA-256 {description.sha256}")
+    table = Table()
+    for heading in ("variable", "causality", "type", "unit", "start", "description"):
+        table.add_column(heading)
+    for variable in description.variables.values():
+        start = "" if variable.start is None or variable.causality == "output" else str(variable.start)
+        table.add_row(
+            variable.name, variable.causality, variable.type, variable.unit or "", start, variable.description
+        )
+    output.print(table)
+
+
+def print_results(results: Results) -> None:
+    """Origin of a results file, its signals, and the summary of a complete one."""
+    output.print(f"{results.path}: {results.title}; {results.status}")
+    output.print("seeds: " + ", ".join(f"{name} {seed}" for name, seed in results.seeds.items()))
+    output.print("versions: " + ", ".join(f"{name} {version}" for name, version in results.versions.items()))
+    table = Table()
+    for heading in ("signal", "unit", "samples", "description"):
+        table.add_column(heading)
+    for component in results.components:
+        count = str(len(results.time(component)))
+        for variable in results.signals(component):
+            name = f"{component}.{variable}"
+            table.add_row(name, results.unit(name), count, results.description(name))
+    output.print(table)
+    if results.complete:
+        print_summary(results)
+
+
+def _number(value: float) -> str:
+    return "–" if np.isnan(value) else f"{value:.3f}"

@@ -1,0 +1,38 @@
+"""Run a scenario: load and wire its FMUs, step them to the end, and leave a results file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tlpsim.orchestrator.clock import to_ticks
+from tlpsim.orchestrator.execution import run
+from tlpsim.orchestrator.observers import Observer
+from tlpsim.scenarios.assemble import assembled
+from tlpsim.scenarios.results import Results, ResultsWriter, open_results
+from tlpsim.scenarios.schema import Scenario
+
+
+def run_scenario(scenario: Scenario, destination: str | Path, observers: Sequence[Observer] = ()) -> Results:
+    """Run a scenario and open its results.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    destination
+        Results file (HDF5). It appears when the run is complete; until then, and after a failure, the samples
+        so far are in the same name with `.part`.
+    observers
+        Who else gets the samples as they come.
+
+    Raises
+    ------
+    TlpsimError
+        When the scenario, an FMU, the wiring, a step or the destination is at fault; the message says which.
+    """
+    writer = ResultsWriter(destination, scenario)
+    with assembled(scenario) as assembly:
+        stop = to_ticks(scenario.simulation.duration, "simulation.duration")
+        run(assembly.system, stop, observers=[writer, *observers])
+    return open_results(destination)

@@ -1,0 +1,250 @@
+"""Statistics of a response: by frequency band as in Table I of Li and Kareem (1990), and extreme tensions.
+
+The spread below 0.022 Hz is the slow response to gusts and second-order forces; that from 0.022 to 0.2 Hz, the
+response to waves. The variance of a band is the sum of a one-sided periodogram over it,
+
+    var_b = (2 / (N sum w_n^2)) sum_{k in b} |sum_n w_n (x_n - x_mean) e^{-2 pi i k n / N}|^2         (1)
+
+with a cosine taper w over a tenth of the record. Without a taper the slow drift of a finite record, whose ends
+do not meet, leaks into the wave band as 1/f^2. The factor 1 / sum w^2 keeps the variance.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from operator import itemgetter
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal.windows import tukey
+from tlpsim.scenarios.reading import DEGREES_OF_FREEDOM
+from tlpsim.scenarios.results import Results, ResultsError
+
+BAND_EDGES = (0.022, 0.2)  # Hz, Li and Kareem (1990), Table I
+TAPERED_FRACTION = 0.1
+# Periods of the first edge that a record must hold: the lowest line of the spectrum, at 1/T, is then at half of
+# the edge or below, and at least one line apart from the wave band.
+SHORTEST_RECORD_PERIODS = 2.0
+# Display unit of each degree of freedom in Table I, and how many there are in the SI unit.
+TABLE_UNITS = {
+    "surge": ("m", 1.0),
+    "sway": ("m", 1.0),
+    "heave": ("cm", 1e2),
+    "roll": ("1e-4 rad", 1e4),
+    "pitch": ("1e-4 rad", 1e4),
+    "yaw": ("1e-2 rad", 1e2),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandStatistics:
+    """Statistics of one signal, in the signal's unit.
+
+    Attributes
+    ----------
+    mean, standard_deviation, maximum, minimum : float
+        Of the samples themselves.
+    low_frequency, wave_frequency : float
+        Standard deviations below the first edge, and from it to the second one. The first is NaN when
+        the record is too short to tell slow motion from the mean.
+    start, duration : float
+        Beginning and length of what was evaluated, s.
+    note : str
+        What the reader must know of how it was evaluated, "" if nothing.
+    """
+
+    mean: float
+    low_frequency: float
+    wave_frequency: float
+    standard_deviation: float
+    maximum: float
+    minimum: float
+    start: float
+    duration: float
+    note: str = ""
+
+
+def band_statistics(
+    time: NDArray[np.float64],
+    signal: NDArray[np.float64],
+    edges: tuple[float, float] = BAND_EDGES,
+    start: float = 0.0,
+) -> BandStatistics:
+    """Mean, standard deviation by band, and extremes of a signal, eq. (1).
+
+    Parameters
+    ----------
+    time : NDArray[np.float64], shape (samples,)
+        Times, s, equally spaced.
+    signal : NDArray[np.float64], shape (samples,)
+        Values.
+    edges : tuple[float, float]
+        Upper edges of the low-frequency and of the wave-frequency band, Hz.
+    start : float
+        Time before which samples are left out, s. When what remains is too short for the low-frequency band
+        the whole record is taken, and the note says so.
+
+    Raises
+    ------
+    ResultsError
+        When the shapes differ, there are fewer than two samples, or the times are not equally spaced.
+    """
+    _check(time, signal)
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    shortest = SHORTEST_RECORD_PERIODS / edges[0]
+    notes = []
+    # Half a step is added since a time that was computed may be a rounding error below `start`.
+    first = int(np.searchsorted(time, start - 0.5 * step))
+    if first and (len(time) - first) * step < shortest:
+        notes.append(
+            f"the whole record of {time[-1] - time[0]:g} s is used, with its transient: "
+            f"less than {shortest:.0f} s would be left after {start:g} s"
+        )
+        first = 0
+    chosen = signal[first:]
+    duration = len(chosen) * step
+    mean = float(np.mean(chosen))
+    low, wave = _band_deviations(chosen - mean, float(step), edges)
+    if duration < shortest:
+        notes.append(f"no low-frequency part: {duration:g} s is less than {shortest:.0f} s")
+        low = math.nan
+    return BandStatistics(
+        mean=mean,
+        low_frequency=low,
+        wave_frequency=wave,
+        standard_deviation=float(np.std(chosen)),
+        maximum=float(np.max(chosen)),
+        minimum=float(np.min(chosen)),
+        start=float(time[first]),
+        duration=float(duration),
+        note="; ".join(notes),
+    )
+
+
+def _check(time: NDArray[np.float64], signal: NDArray[np.float64]) -> None:
+    if time.shape != signal.shape or time.ndim != 1 or len(time) < 2:
+        raise ResultsError(
+            f"statistics: times of shape {time.shape} and values of shape {signal.shape}; "
+            "give two or more samples, as many values as times"
+        )
+    steps = np.diff(time)
+    if not np.allclose(steps, steps[0], rtol=1e-6, atol=1e-9 * abs(time[-1])):
+        raise ResultsError("statistics: the times are not equally spaced; give samples of one component")
+
+
+def _band_deviations(fluctuation: NDArray[np.float64], step: float, edges: tuple[float, float]) -> tuple[float, float]:
+    """Standard deviations in the two bands, eq. (1)."""
+    count = len(fluctuation)
+    taper = tukey(count, TAPERED_FRACTION)
+    # The taper gives a little mean back to a record without one; it would count as slow motion.
+    tapered = taper * (fluctuation - np.sum(taper * fluctuation) / np.sum(taper))
+    lines = 2.0 * np.abs(np.fft.rfft(tapered)) ** 2 / (count * np.sum(taper**2))
+    if count % 2 == 0:
+        lines[-1] *= 0.5  # the Nyquist frequency has no mirror image
+    frequency = np.fft.rfftfreq(count, step)
+    # The first line, at zero frequency, is the mean.
+    low = lines[1:][frequency[1:] < edges[0]].sum()
+    wave = lines[1:][(frequency[1:] >= edges[0]) & (frequency[1:] < edges[1])].sum()
+    return math.sqrt(low), math.sqrt(wave)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResponseRow:
+    """Response in one degree of freedom: a row of Table I, in the table's unit."""
+
+    name: str
+    unit: str
+    mean: float
+    low_frequency: float
+    wave_frequency: float
+    standard_deviation: float
+    maximum: float
+    minimum: float
+    note: str
+
+
+def summary(results: Results, start: float | None = None, component: str = "platform") -> list[ResponseRow]:
+    """Response in the degrees of freedom, one row for each that was recorded, in their order.
+
+    Parameters
+    ----------
+    results : Results
+        Results of a run.
+    start : float, optional
+        Time before which samples are left out, s; the scenario's ``outputs.statistics_from`` if not given.
+    component : str
+        Component whose ``position.*`` is taken.
+    """
+    start = results.scenario.outputs.statistics_from if start is None else start
+    rows = []
+    for degree in DEGREES_OF_FREEDOM:
+        name = f"position.{degree}"
+        if name not in results.signals(component):
+            continue
+        unit, factor = TABLE_UNITS[degree]
+        signal = factor * results.signal(f"{component}.{name}")
+        statistics = band_statistics(results.time(component), signal, start=start)
+        rows.append(
+            ResponseRow(
+                name=degree,
+                unit=unit,
+                mean=statistics.mean,
+                low_frequency=statistics.low_frequency,
+                wave_frequency=statistics.wave_frequency,
+                standard_deviation=statistics.standard_deviation,
+                maximum=statistics.maximum,
+                minimum=statistics.minimum,
+                note=statistics.note,
+            )
+        )
+    return rows
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TensionExtremes:
+    """Highest and lowest tension over all tendons, N, with the tendon and the time (s) of each."""
+
+    maximum: float
+    maximum_tendon: str
+    maximum_time: float
+    minimum: float
+    minimum_tendon: str
+    minimum_time: float
+
+
+def extreme_tensions(
+    results: Results, start: float | None = None, component: str = "platform"
+) -> TensionExtremes | None:
+    """Extremes of the recorded ``tendon_tension[n]`` of a component, or None if there are none.
+
+    Parameters
+    ----------
+    results : Results
+        Results of a run.
+    start : float, optional
+        Time before which samples are left out, s; the scenario's ``outputs.statistics_from`` if not given.
+        When nothing remains the whole record is taken.
+    component : str
+        Component whose tensions are taken.
+    """
+    start = results.scenario.outputs.statistics_from if start is None else start
+    names = [name for name in results.signals(component) if re.fullmatch(r"tendon_tension\[\d+\]", name)]
+    time = results.time(component)
+    if not names or not len(time):
+        return None
+    first = int(np.searchsorted(time, start))
+    first = first if first < len(time) else 0
+    highest, lowest = (-math.inf, "", 0.0), (math.inf, "", 0.0)
+    for name in names:
+        tension = results.signal(f"{component}.{name}")[first:]
+        top, bottom = int(np.argmax(tension)), int(np.argmin(tension))
+        highest = max(highest, (float(tension[top]), name, float(time[first + top])), key=itemgetter(0))
+        lowest = min(lowest, (float(tension[bottom]), name, float(time[first + bottom])), key=itemgetter(0))
+    return TensionExtremes(
+        maximum=highest[0],
+        maximum_tendon=highest[1],
+        maximum_time=highest[2],
+        minimum=lowest[0],
+        minimum_tendon=lowest[1],
+        minimum_time=lowest[2],
+    )
