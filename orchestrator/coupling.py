@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from tlpsim.loads.filters.interpolation import (
     CAUSAL,
     SYMMETRIC,

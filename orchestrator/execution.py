@@ -18,6 +18,7 @@ from time import perf_counter_ns
 
 import numpy as np
 from numpy.typing import NDArray
+
 from tlpsim.loads.errors import FmuError, StepError, TlpsimError, WiringError
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
 from tlpsim.orchestrator.coupling import History, Link, history_depths, plan_links
@@ -93,6 +94,8 @@ class _Unit:
     """A component with all that its step needs, looked up once."""
 
     __slots__ = (
+        "all_set",
+        "flags",
         "get_outputs",
         "history",
         "index",
@@ -107,7 +110,6 @@ class _Unit:
         "size",
         "step",
         "steps",
-        "zeros",
     )
 
     def __init__(self, index: int, component: Component, outputs: tuple[str, ...], history: History) -> None:
@@ -118,7 +120,8 @@ class _Unit:
         self.history = history
         self.offset = _REQUEST_OFFSETS[component.inputs_at](component.step)
         self.size = to_seconds(component.step)
-        self.zeros = np.zeros(len(outputs))
+        self.flags = np.ones(len(outputs), dtype=np.bool_)
+        self.all_set = self.flags.tobytes()
         self.inputs = np.zeros(0)
         self.links: tuple[Link, ...] = ()
         self.steps = 0
@@ -126,6 +129,11 @@ class _Unit:
         self.set_inputs = component.instance.set_inputs
         self.step = component.instance.step
         self.get_outputs = component.instance.get_outputs
+
+    def is_finite(self, values: FloatArray) -> bool:
+        """Check a sample; comparing bytes takes a fraction of the time of `numpy.all`."""
+        np.isfinite(values, self.flags)
+        return self.flags.tobytes() == self.all_set
 
 
 def _not_finite(unit: _Unit, time: int, values: FloatArray) -> StepError:
@@ -244,7 +252,7 @@ class Master:
     def _take_initial_sample(self, unit: _Unit) -> None:
         row = unit.history.initial_row()
         self._guarded(unit, "initializing", unit.get_outputs, row)
-        if row.dot(unit.zeros) != 0.0:
+        if not unit.is_finite(row):
             raise _not_finite(unit, self._start, row)
         unit.history.begin(self._start)
 
@@ -316,8 +324,7 @@ class Master:
             ) from error
         unit.nanoseconds += perf_counter_ns() - began
         unit.steps += 1
-        # a product with zeros is zero exactly when all factors are finite; far quicker than numpy.isfinite
-        if row.dot(unit.zeros) != 0.0:
+        if not unit.is_finite(row):
             raise _not_finite(unit, end, row)
         history.newest += 1
         heapreplace(queue, (end, negative_step, index))

@@ -29,6 +29,7 @@ import fmpy.fmi2
 import fmpy.logging
 import numpy as np
 from numpy.typing import NDArray
+
 from tlpsim.loads.errors import FmuError, StepError, TlpsimError
 from tlpsim.orchestrator.instance import Instance, Variable, checked_parameters
 
@@ -370,8 +371,8 @@ class FmuInstance(Instance):
         self._input_references = (ctypes.c_uint * len(inputs))(*(references[name] for name in inputs))
         self._output_references = (ctypes.c_uint * len(outputs))(*(references[name] for name in outputs))
         # views of the numpy buffers, which ctypes passes without any conversion
-        self._input_values = (ctypes.c_double * len(inputs)).from_buffer(self._inputs) if inputs else None
-        self._output_values = (ctypes.c_double * len(outputs)).from_buffer(self._outputs) if outputs else None
+        self._input_values = (ctypes.c_double * len(inputs)).from_buffer(self._inputs.data) if inputs else None
+        self._output_values = (ctypes.c_double * len(outputs)).from_buffer(self._outputs.data) if outputs else None
 
     def enter_initialization(self, start_time: float) -> None:
         """Set up the experiment, without a stop time, and enter the initialization mode; see `Instance`."""

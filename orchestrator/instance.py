@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from tlpsim.loads.errors import StepError, WiringError
 
 FloatArray = NDArray[np.float64]

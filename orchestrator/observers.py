@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND
 from tlpsim.orchestrator.system import System, bound_outputs
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError, PydanticUndefined
+
 from tlpsim.loads.errors import ScenarioError
 
 Location = tuple[int | str, ...]
@@ -84,14 +85,14 @@ def scenario_error(
     sections : Mapping[Location, type[BaseModel]]
         Model of every section by location; "*" stands for any name or index.
     """
-    located = [(_location(details, sources), details) for details in error.errors(include_url=False)]
+    # A missing key comes last: it is often there under a wrong name.
+    found = sorted(error.errors(include_url=False), key=lambda details: details["type"] == "missing")
+    located = [(_location(details, sources), details) for details in found]
     location, details = located[0]
     others = len({other for other, _ in located} - {location})
     section = _section(location[:-1], sections)
     value = "" if details["type"] in _WITHOUT_VALUE else f" = {_shown(details, sources, location)}"
-    text = (
-        f"{_source_name(location, sources)}: {dotted(location)}{value}: {_phrase(details, location, section)}"
-    )
+    text = f"{_source_name(location, sources)}: {dotted(location)}{value}: {_phrase(details, location, section)}"
     default = _default(location, section)
     if default and details["type"] not in _WITHOUT_VALUE:
         text += f"; the default is {default}"

@@ -54,8 +54,10 @@ class Dimension:
         if isinstance(value, str):
             number = self._parse_text(value)
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            # A TOML integer has no upper bound; float() of one with 400 digits overflows.
-            number = float(value) if abs(value) < 1e300 else math.inf
+            try:
+                number = float(value)
+            except OverflowError:  # a whole number in TOML may have any number of digits
+                number = math.inf
         else:
             raise ValueError(f"a {self.name} is wanted: {self._remedy()}")
         if not math.isfinite(number):
@@ -76,11 +78,7 @@ class Dimension:
     def _remedy(self) -> str:
         others = [f"'{unit}'" for unit in self.units if unit != self.base_unit]
         text = f"give a number in {self.base_unit}"
-        return (
-            f"{text}, or text with one of the units '{self.base_unit}', {', '.join(others)}"
-            if others
-            else text
-        )
+        return f"{text}, or text with one of the units '{self.base_unit}', {', '.join(others)}" if others else text
 
 
 LENGTH = Dimension(name="length", units={"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0})

@@ -30,9 +30,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise ScenarioError(f"{path}: no such scenario file; give the path of a .toml file") from None
     except UnicodeDecodeError as error:
-        raise ScenarioError(
-            f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8"
-        ) from None
+        raise ScenarioError(f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8") from None
     except OSError as error:
         raise ScenarioError(f"{path}: the scenario file cannot be read: {error.strerror}") from None
     try:
@@ -75,9 +73,7 @@ def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]
     merged = dict(base)
     for key, value in changes.items():
         below = merged.get(key)
-        merged[key] = (
-            merge(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
-        )
+        merged[key] = merge(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
     return merged
 
 
@@ -111,17 +107,13 @@ def resolve(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, An
         Keys that differ. A component with ``fmu = ""`` is removed together with the connections of the base
         that touch it, and a connection with ``from = ""`` is removed.
     """
-    removed = {
-        name for name, entry in _table(changes, "components").items() if _is_removed("components", entry)
-    }
+    removed = {name for name, entry in _table(changes, "components").items() if _is_removed("components", entry)}
     connections = {
         target: entry
         for target, entry in base["connections"].items()
         if not {target.partition(".")[0], entry["from"].partition(".")[0]} & removed
     }
-    expanded = (
-        {"connections": expand(_table(changes, "connections"))} if _table(changes, "connections") else {}
-    )
+    expanded = {"connections": expand(_table(changes, "connections"))} if _table(changes, "connections") else {}
     merged = merge({**base, "connections": connections}, {**changes, **expanded})
     for section in _REMOVED_BY:
         if isinstance(merged[section], Mapping):

@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+
 from tlpsim.loads.errors import ScenarioError, TlpsimError
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds, to_ticks
 from tlpsim.orchestrator.observers import Observer

@@ -29,6 +29,7 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+
 from tlpsim.scenarios.problems import Location, Source, nearest, problem, scenario_error
 from tlpsim.scenarios.quantities import (
     Acceleration,
@@ -58,12 +59,8 @@ Seed = Annotated[StrictInt, Field(ge=0, le=LARGEST_SEED)]
 
 
 def _scalar(value: object) -> object:
-    if not isinstance(value, bool | int | float | str) or (
-        isinstance(value, float) and not math.isfinite(value)
-    ):
-        raise ValueError(
-            "must be a finite number, true, false or text; an FMU's table is text that holds JSON"
-        )
+    if not isinstance(value, bool | int | float | str) or (isinstance(value, float) and not math.isfinite(value)):
+        raise ValueError("must be a finite number, true, false or text; an FMU's table is text that holds JSON")
     return value
 
 
@@ -100,9 +97,14 @@ class Platform(Section):
     """Hull and its linear damping, as ratios of critical by degree of freedom."""
 
     model: Literal["issc_tlp"] = "issc_tlp"
-    damping_ratios: tuple[
-        DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio
-    ] = (0.0, 0.0, 0.02, 0.02, 0.02, 0.0)
+    damping_ratios: tuple[DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio] = (
+        0.0,
+        0.0,
+        0.02,
+        0.02,
+        0.02,
+        0.0,
+    )
 
 
 class Segment(Section):
@@ -116,14 +118,21 @@ class Segment(Section):
 class Wind(Section):
     """Wind: mean speed 10 m above the water and turbulence."""
 
-    speed: Annotated[Speed, Field(ge=0)] = 26.9
+    speed: Annotated[Speed, Field(gt=0)] = 26.9
     heading_deg: Heading = 34.5
     spectrum: Literal["kaimal", "harris", "api"] = "kaimal"
     # The logarithmic profile is anchored 10 m above the water and needs a roughness far below that.
     roughness: Annotated[Length, Field(gt=0, lt=10)] = 0.001
     sampling_step: PositiveDuration = 1.0
     seed: Seed | None = None
-    segments: tuple[Segment, ...] | None = Field(default=None, min_length=1)
+    segments: tuple[Segment, ...] | None = None
+
+    @field_validator("segments")
+    @classmethod
+    def _not_empty(cls, value: tuple[Segment, ...] | None) -> tuple[Segment, ...] | None:
+        if value == ():
+            raise ValueError("must have 1 or more entries; without the key the default segments are taken")
+        return value
 
 
 class Waves(Section):
@@ -253,8 +262,8 @@ class Scenario(Section):
     waves: Waves = Waves()
     current: Current = Current()
     coupling: Coupling = Coupling()
-    components: Annotated[dict[str, Component], Field(min_length=1, default_factory=_standard_components)]
-    connections: Annotated[dict[str, Connection], Field(default_factory=_standard_connections)]
+    components: dict[str, Component] = Field(default_factory=_standard_components, min_length=1)
+    connections: dict[str, Connection] = Field(default_factory=_standard_connections)
     outputs: Outputs = Outputs()
 
     @classmethod

@@ -12,11 +12,11 @@ do not meet, leaks into the wave band as 1/f^2. The factor 1 / sum w^2 keeps the
 import math
 import re
 from dataclasses import dataclass
-from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal.windows import tukey
+
 from tlpsim.scenarios.reading import DEGREES_OF_FREEDOM
 from tlpsim.scenarios.results import Results, ResultsError
 
@@ -42,8 +42,8 @@ class BandStatistics:
 
     Attributes
     ----------
-    mean, standard_deviation, maximum, minimum : float
-        Of the samples themselves.
+    mean, std, maximum, minimum : float
+        Of the samples themselves; `std` is the standard deviation.
     low_frequency, wave_frequency : float
         Standard deviations below the first edge, and from it to the second one. The first is NaN when
         the record is too short to tell slow motion from the mean.
@@ -56,7 +56,7 @@ class BandStatistics:
     mean: float
     low_frequency: float
     wave_frequency: float
-    standard_deviation: float
+    std: float
     maximum: float
     minimum: float
     start: float
@@ -90,35 +90,41 @@ def band_statistics(
         When the shapes differ, there are fewer than two samples, or the times are not equally spaced.
     """
     _check(time, signal)
+    first, note = _first_sample(time, start, edges[0])
     step = (time[-1] - time[0]) / (len(time) - 1)
-    shortest = SHORTEST_RECORD_PERIODS / edges[0]
-    notes = []
-    # Half a step is added since a time that was computed may be a rounding error below `start`.
-    first = int(np.searchsorted(time, start - 0.5 * step))
-    if first and (len(time) - first) * step < shortest:
-        notes.append(
-            f"the whole record of {time[-1] - time[0]:g} s is used, with its transient: "
-            f"less than {shortest:.0f} s would be left after {start:g} s"
-        )
-        first = 0
     chosen = signal[first:]
     duration = len(chosen) * step
     mean = float(np.mean(chosen))
     low, wave = _band_deviations(chosen - mean, float(step), edges)
-    if duration < shortest:
-        notes.append(f"no low-frequency part: {duration:g} s is less than {shortest:.0f} s")
+    if duration < SHORTEST_RECORD_PERIODS / edges[0]:
         low = math.nan
+        note += "; " if note else ""
+        note += f"no low-frequency part: {duration:g} s is less than {SHORTEST_RECORD_PERIODS / edges[0]:.0f} s"
     return BandStatistics(
         mean=mean,
         low_frequency=low,
         wave_frequency=wave,
-        standard_deviation=float(np.std(chosen)),
+        std=float(np.std(chosen)),
         maximum=float(np.max(chosen)),
         minimum=float(np.min(chosen)),
         start=float(time[first]),
         duration=float(duration),
-        note="; ".join(notes),
+        note=note,
     )
+
+
+def _first_sample(time: NDArray[np.float64], start: float, edge: float) -> tuple[int, str]:
+    """Index of the first sample at `start` or later, or 0 and a note when too little would be left."""
+    if not len(time):
+        return 0, ""
+    step = (time[-1] - time[0]) / max(len(time) - 1, 1)
+    # Half a step is taken off, for times that are a rounding error below `start`.
+    first = int(np.searchsorted(time, start - 0.5 * step))
+    shortest = SHORTEST_RECORD_PERIODS / edge
+    if first == 0 or (len(time) - first) * step >= shortest:
+        return first, ""
+    left = f"less than {shortest:.0f} s would be left after {start:g} s"
+    return 0, f"the whole record of {time[-1] - time[0]:g} s is used, with its transient: {left}"
 
 
 def _check(time: NDArray[np.float64], signal: NDArray[np.float64]) -> None:
@@ -135,7 +141,7 @@ def _check(time: NDArray[np.float64], signal: NDArray[np.float64]) -> None:
 def _band_deviations(fluctuation: NDArray[np.float64], step: float, edges: tuple[float, float]) -> tuple[float, float]:
     """Standard deviations in the two bands, eq. (1)."""
     count = len(fluctuation)
-    taper = tukey(count, TAPERED_FRACTION)
+    taper = tukey(count + 2, TAPERED_FRACTION)[1:-1]  # without its two zeros, for records of few samples
     # The taper gives a little mean back to a record without one; it would count as slow motion.
     tapered = taper * (fluctuation - np.sum(taper * fluctuation) / np.sum(taper))
     lines = 2.0 * np.abs(np.fft.rfft(tapered)) ** 2 / (count * np.sum(taper**2))
@@ -150,54 +156,16 @@ def _band_deviations(fluctuation: NDArray[np.float64], step: float, edges: tuple
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseRow:
-    """Response in one degree of freedom: a row of Table I, in the table's unit."""
+    """Response in one degree of freedom: a row of Table I, with total and extremes, in the table's unit."""
 
     name: str
     unit: str
     mean: float
     low_frequency: float
     wave_frequency: float
-    standard_deviation: float
+    std: float
     maximum: float
     minimum: float
-    note: str
-
-
-def summary(results: Results, start: float | None = None, component: str = "platform") -> list[ResponseRow]:
-    """Response in the degrees of freedom, one row for each that was recorded, in their order.
-
-    Parameters
-    ----------
-    results : Results
-        Results of a run.
-    start : float, optional
-        Time before which samples are left out, s; the scenario's ``outputs.statistics_from`` if not given.
-    component : str
-        Component whose ``position.*`` is taken.
-    """
-    start = results.scenario.outputs.statistics_from if start is None else start
-    rows = []
-    for degree in DEGREES_OF_FREEDOM:
-        name = f"position.{degree}"
-        if name not in results.signals(component):
-            continue
-        unit, factor = TABLE_UNITS[degree]
-        signal = factor * results.signal(f"{component}.{name}")
-        statistics = band_statistics(results.time(component), signal, start=start)
-        rows.append(
-            ResponseRow(
-                name=degree,
-                unit=unit,
-                mean=statistics.mean,
-                low_frequency=statistics.low_frequency,
-                wave_frequency=statistics.wave_frequency,
-                standard_deviation=statistics.standard_deviation,
-                maximum=statistics.maximum,
-                minimum=statistics.minimum,
-                note=statistics.note,
-            )
-        )
-    return rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,11 +179,43 @@ class TensionExtremes:
     minimum_tendon: str
     minimum_time: float
 
+    def __str__(self) -> str:
+        return (
+            f"tension: maximum {self.maximum / 1e6:.3f} MN ({self.maximum_tendon} at {self.maximum_time:g} s), "
+            f"minimum {self.minimum / 1e6:.3f} MN ({self.minimum_tendon} at {self.minimum_time:g} s)"
+        )
 
-def extreme_tensions(
-    results: Results, start: float | None = None, component: str = "platform"
-) -> TensionExtremes | None:
-    """Extremes of the recorded ``tendon_tension[n]`` of a component, or None if there are none.
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """What a run comes to.
+
+    Attributes
+    ----------
+    description : str
+        Which part of the record was evaluated.
+    motions : tuple[ResponseRow, ...]
+        A row for each recorded degree of freedom, in their order.
+    tensions : TensionExtremes or None
+        None when no tension was recorded.
+    notes : tuple[str, ...]
+        What the reader must know of how it was evaluated.
+    """
+
+    description: str
+    motions: tuple[ResponseRow, ...]
+    tensions: TensionExtremes | None
+    notes: tuple[str, ...]
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What goes below the table of motions: tensions and notes."""
+        tensions = () if self.tensions is None else (str(self.tensions),)
+        return (*tensions, *(f"note: {note}" for note in self.notes))
+
+
+def summary(results: Results, start: float | None = None, component: str = "platform") -> Summary:
+    """Response in the degrees of freedom and extreme tensions.
 
     Parameters
     ----------
@@ -223,28 +223,70 @@ def extreme_tensions(
         Results of a run.
     start : float, optional
         Time before which samples are left out, s; the scenario's ``outputs.statistics_from`` if not given.
-        When nothing remains the whole record is taken.
+    component : str
+        Component whose ``position.*`` and ``tendon_tension[n]`` are taken.
+    """
+    if component not in results.components:
+        return Summary(description="no platform", motions=(), tensions=None, notes=())
+    start = results.scenario.outputs.statistics_from if start is None else start
+    time = results.time(component)
+    recorded = results.signals(component)
+    first, note = _first_sample(time, start, BAND_EDGES[0])
+    motions = []
+    notes = [note] if note else []
+    for degree in DEGREES_OF_FREEDOM:
+        if f"position.{degree}" not in recorded:
+            continue
+        unit, factor = TABLE_UNITS[degree]
+        signal = factor * results.signal(f"{component}.position.{degree}")
+        statistics = band_statistics(time, signal, start=start)
+        notes += [statistics.note] if statistics.note else []
+        motions.append(
+            ResponseRow(
+                name=degree,
+                unit=unit,
+                mean=statistics.mean,
+                low_frequency=statistics.low_frequency,
+                wave_frequency=statistics.wave_frequency,
+                std=statistics.std,
+                maximum=statistics.maximum,
+                minimum=statistics.minimum,
+            )
+        )
+    return Summary(
+        description=f"{time[first]:g} to {time[-1]:g} s" if len(time) else "no samples",
+        motions=tuple(motions),
+        tensions=extreme_tensions(results, start, component),
+        # Each row has the same notes; a longer one holds a shorter one.
+        notes=tuple(n for n in dict.fromkeys(notes) if not any(n != other and n in other for other in notes)),
+    )
+
+
+def extreme_tensions(results: Results, start: float = 0.0, component: str = "platform") -> TensionExtremes | None:
+    """Extremes of the recorded ``tendon_tension[n]`` of a component, or None if there are none.
+
+    Parameters
+    ----------
+    results : Results
+        Results of a run.
+    start : float
+        Time before which samples are left out, s, by the rule of `band_statistics`.
     component : str
         Component whose tensions are taken.
     """
-    start = results.scenario.outputs.statistics_from if start is None else start
     names = [name for name in results.signals(component) if re.fullmatch(r"tendon_tension\[\d+\]", name)]
     time = results.time(component)
     if not names or not len(time):
         return None
-    first = int(np.searchsorted(time, start))
-    first = first if first < len(time) else 0
-    highest, lowest = (-math.inf, "", 0.0), (math.inf, "", 0.0)
-    for name in names:
-        tension = results.signal(f"{component}.{name}")[first:]
-        top, bottom = int(np.argmax(tension)), int(np.argmin(tension))
-        highest = max(highest, (float(tension[top]), name, float(time[first + top])), key=itemgetter(0))
-        lowest = min(lowest, (float(tension[bottom]), name, float(time[first + bottom])), key=itemgetter(0))
+    first, _ = _first_sample(time, start, BAND_EDGES[0])
+    tensions = np.stack([results.signal(f"{component}.{name}")[first:] for name in names])
+    highest, when_highest = np.unravel_index(int(np.argmax(tensions)), tensions.shape)
+    lowest, when_lowest = np.unravel_index(int(np.argmin(tensions)), tensions.shape)
     return TensionExtremes(
-        maximum=highest[0],
-        maximum_tendon=highest[1],
-        maximum_time=highest[2],
-        minimum=lowest[0],
-        minimum_tendon=lowest[1],
-        minimum_time=lowest[2],
+        maximum=float(tensions[highest, when_highest]),
+        maximum_tendon=names[highest],
+        maximum_time=float(time[first + when_highest]),
+        minimum=float(tensions[lowest, when_lowest]),
+        minimum_tendon=names[lowest],
+        minimum_time=float(time[first + when_lowest]),
     )

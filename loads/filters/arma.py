@@ -144,14 +144,13 @@ def _predictors(correlation: FloatArray) -> Iterator[tuple[FloatArray, FloatArra
 
 def _factor(covariance: FloatArray, order: int) -> FloatArray:
     try:
-        factor: FloatArray = np.linalg.cholesky(covariance)
+        return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
     except np.linalg.LinAlgError:
         smallest = float(np.linalg.eigvalsh(covariance)[0])
         raise SolverError(
             f"autoregressive fit: innovation covariance of order {order} has the eigenvalue {smallest:.3g}, which "
             "must be > 0; lower the order, lengthen the sampling step or move coincident points apart"
         ) from None
-    return factor
 
 
 def autoregressive_fit(correlation: FloatArray) -> AutoregressiveModel:
@@ -169,9 +168,7 @@ def autoregressive_fit(correlation: FloatArray) -> AutoregressiveModel:
     """
     correlation = np.asarray(correlation, dtype=np.float64)
     _factor(correlation[0], 0)
-    coefficients, covariance = correlation[:0], correlation[0]
-    for coefficients, covariance in _predictors(correlation):
-        pass
+    *_, (coefficients, covariance) = _predictors(correlation)
     factor = _factor(covariance, len(coefficients))
     coefficients.flags.writeable = False
     factor.flags.writeable = False
@@ -206,17 +203,14 @@ def stationary_start(correlation: FloatArray, noise: FloatArray) -> FloatArray:
     return samples
 
 
-def autoregressive_spectrum(
-    model: AutoregressiveModel, frequency: FloatArray, step: float
-) -> NDArray[np.complex128]:
+def autoregressive_spectrum(model: AutoregressiveModel, frequency: FloatArray, step: float) -> NDArray[np.complex128]:
     """One-sided cross-spectra of the model, eq. (3), shape (nf, m, m), unit²/Hz; `frequency` (nf,) in Hz."""
     order, size, _ = model.coefficients.shape
     lags = np.arange(1, order + 1)
     delays = np.exp(-2j * np.pi * step * np.outer(frequency, lags))
     denominator = np.eye(size) - np.einsum("fk,kij->fij", delays, model.coefficients)
     response = np.linalg.solve(denominator, model.innovation_factor.astype(np.complex128))
-    result: NDArray[np.complex128] = 2.0 * step * response @ np.conj(np.swapaxes(response, 1, 2))
-    return result
+    return np.asarray(2.0 * step * response @ np.conj(np.swapaxes(response, 1, 2)), dtype=np.complex128)
 
 
 class AutoregressiveProcess:
@@ -244,7 +238,7 @@ class AutoregressiveProcess:
         self._start = stationary_start(correlation, noise_block(seed, stream, _START_BLOCK, order, size))
         # The buffer holds the newest samples one after the other, newest last; the row of coefficient blocks
         # is turned round to match, so that a prediction is one matrix-vector product.
-        self._row = np.ascontiguousarray(np.hstack(self.model.coefficients[::-1]))
+        self._row = np.ascontiguousarray(np.hstack(list(self.model.coefficients[::-1])))
         self._length = max(order, retained)
         self._size = size
         self._buffer = np.zeros(self._length * size)

@@ -100,9 +100,7 @@ def _polynomial_filter(name: str, before: int, coefficients: FloatArray) -> Inte
     )
 
 
-def _hermite_filter(
-    name: str, basis: FloatArray, stencils: tuple[FloatArray, ...], reach: int
-) -> InterpolationFilter:
+def _hermite_filter(name: str, basis: FloatArray, stencils: tuple[FloatArray, ...], reach: int) -> InterpolationFilter:
     """Hermite polynomial on one segment with finite-difference nodal derivatives.
 
     Parameters
@@ -176,9 +174,7 @@ def extrapolation_weights(order: int, phase: float) -> FloatArray:
         case 1:
             return np.array([-phase, 1.0 + phase])
         case 2:
-            return np.array(
-                [0.5 * phase * (phase + 1.0), -phase * (phase + 2.0), 0.5 * (phase + 1.0) * (phase + 2.0)]
-            )
+            return np.array([0.5 * phase * (phase + 1.0), -phase * (phase + 2.0), 0.5 * (phase + 1.0) * (phase + 2.0)])
     raise ValueError(f"extrapolation order {order} is not one of 0, 1, 2")
 
 

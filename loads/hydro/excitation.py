@@ -27,8 +27,8 @@ from tlpsim.loads.hydro.morison import (
     divide,
     drag_force,
     inertia_transfer,
+    strip_velocity_transfer,
 )
-from tlpsim.loads.waves.airy import velocity_transfer
 from tlpsim.loads.waves.field import WaveComponents
 
 FloatArray = NDArray[np.float64]
@@ -57,7 +57,9 @@ class WaveForces:
 
 def _current_velocity(speed: float, heading: float) -> FloatArray:
     if not (np.isfinite(speed) and speed >= 0.0):
-        raise ScenarioError(f"current speed is {speed} m/s; it must be finite and >= 0, the heading gives the direction")
+        raise ScenarioError(
+            f"current speed is {speed} m/s; it must be finite and >= 0, the heading gives the direction"
+        )
     if not np.isfinite(heading):
         raise ScenarioError(f"current heading is {heading} rad; it must be finite")
     return np.array([speed * np.cos(heading), speed * np.sin(heading), 0.0])
@@ -82,7 +84,7 @@ def mean_current_force(
     return drag_force(strips, strips.direction @ _current_velocity(current_speed, current_heading))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _wave_forces(
     time: float,
     x: float,
@@ -167,15 +169,15 @@ class WaveLoads:
         self._position_factor = 1.0 if displaced_position else 0.0
         number, heading = components.wavenumber, components.heading
         self._waves = np.vstack(
-            [components.angular_frequency, number * np.cos(heading), number * np.sin(heading), components.phase]
+            [
+                components.angular_frequency,
+                number * np.cos(heading),
+                number * np.sin(heading),
+                components.phase,
+            ]
         )
-        water = velocity_transfer(
-            components.angular_frequency, number, heading, components.water_depth, self.strips.position
-        )
-        along = np.einsum("sid,sdn->sin", self.strips.direction.reshape(-1, 2, 3), water)
-        rows = np.vstack(
-            [np.ones((1, len(number))), self.inertia_transfer, along.reshape(-1, len(number))]
-        ) * components.amplitude
+        water = strip_velocity_transfer(self.strips, components)
+        rows = np.vstack([np.ones((1, len(number))), self.inertia_transfer, water]) * components.amplitude
         self._matrix = np.empty((2 * len(number), len(rows)))
         self._matrix[0::2] = rows.real.T
         self._matrix[1::2] = -rows.imag.T
@@ -203,6 +205,4 @@ class WaveLoads:
             self._strips,
             self._response,
         )
-        return WaveForces(
-            diffraction=result[1:_FORCE_ROWS], viscous=result[_FORCE_ROWS:], elevation=float(result[0])
-        )
+        return WaveForces(diffraction=result[1:_FORCE_ROWS], viscous=result[_FORCE_ROWS:], elevation=float(result[0]))

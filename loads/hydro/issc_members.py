@@ -44,9 +44,7 @@ def issc_members(drag_coefficient: float = 0.8) -> Members:
     pontoons_start = np.array(
         [[-inner, -half, level], [-inner, half, level], [-half, -inner, level], [half, -inner, level]]
     )
-    pontoons_end = np.array(
-        [[inner, -half, level], [inner, half, level], [-half, inner, level], [half, inner, level]]
-    )
+    pontoons_end = np.array([[inner, -half, level], [inner, half, level], [-half, inner, level], [half, inner, level]])
     surge, sway = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
     four, pair = np.ones((4, 1)), np.ones(2)
     return Members(
@@ -54,18 +52,13 @@ def issc_members(drag_coefficient: float = 0.8) -> Members:
         end=np.vstack([columns_end, pontoons_end]),
         across=np.vstack([surge, surge, surge, surge, sway, sway, surge, surge]),
         # Transverse axis 1 of a pontoon is horizontal: a flow along it meets the height.
-        width=np.vstack(
-            [four * COLUMN_DIAMETER * pair, four * np.array([PONTOON_HEIGHT, PONTOON_WIDTH])]
-        ),
+        width=np.vstack([four * COLUMN_DIAMETER * pair, four * np.array([PONTOON_HEIGHT, PONTOON_WIDTH])]),
         area=np.concatenate([np.full(4, np.pi * radius**2), np.full(4, PONTOON_WIDTH * PONTOON_HEIGHT)]),
         drag_coefficient=np.full((8, 2), drag_coefficient),
         added_mass_coefficient=np.vstack(
             [
                 four * COLUMN_ADDED_MASS_COEFFICIENT * pair,
-                four
-                * np.array(
-                    [PONTOON_HORIZONTAL_ADDED_MASS_COEFFICIENT, PONTOON_VERTICAL_ADDED_MASS_COEFFICIENT]
-                ),
+                four * np.array([PONTOON_HORIZONTAL_ADDED_MASS_COEFFICIENT, PONTOON_VERTICAL_ADDED_MASS_COEFFICIENT]),
             ]
         ),
         # The columns' upper ends are the water line; a pontoon ends on two columns.

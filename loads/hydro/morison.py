@@ -150,9 +150,7 @@ def _along_members(
         circle = 0.25 * np.pi * members.width[m] ** 2
         froude_krylov.append(np.outer(pieces, water_density * members.area[m] * np.ones(2)).ravel())
         added.append(np.outer(pieces, water_density * members.added_mass_coefficient[m] * circle).ravel())
-        drag.append(
-            np.outer(pieces, 0.5 * water_density * members.drag_coefficient[m] * members.width[m]).ravel()
-        )
+        drag.append(np.outer(pieces, 0.5 * water_density * members.drag_coefficient[m] * members.width[m]).ravel())
     position, direction = np.vstack(positions), np.vstack(directions)
     return Strips(
         position=position,
@@ -209,6 +207,25 @@ def _ends(members: Members, water_density: float) -> tuple[FloatArray, FloatArra
     return position, normal, pressure_area, mass
 
 
+def strip_velocity_transfer(strips: Strips, components: WaveComponents) -> ComplexArray:
+    """Water velocity along the strips' transverse axes a unit amplitude of each wave, shape (2s, N), (m/s)/m.
+
+    Raises
+    ------
+    ScenarioError
+        If a strip lies below the sea bed.
+    """
+    water = velocity_transfer(
+        components.angular_frequency,
+        components.wavenumber,
+        components.heading,
+        components.water_depth,
+        strips.position,
+    )
+    along = np.einsum("sid,sdn->sin", strips.direction.reshape(-1, 2, 3), water)
+    return along.reshape(len(strips.direction), len(components.frequency))
+
+
 def inertia_transfer(
     members: Members, components: WaveComponents, water_density: float = DEFAULT_WATER_DENSITY
 ) -> ComplexArray:
@@ -232,21 +249,22 @@ def inertia_transfer(
     ScenarioError
         If a member reaches below the sea bed or the density is not positive.
     """
+    lowest = float(min(members.start[:, 2].min(), members.end[:, 2].min()))
+    if lowest < -components.water_depth:
+        raise ScenarioError(f"members: an end lies at z = {lowest} m, below the sea bed at {-components.water_depth} m")
     omega, number, heading = components.angular_frequency, components.wavenumber, components.heading
     strips = _quadrature(members, water_density)
-    velocity = velocity_transfer(omega, number, heading, components.water_depth, strips.position)
-    along = np.einsum("sid,sdn->sin", strips.direction.reshape(-1, 2, 3), velocity).reshape(-1, len(omega))
     mass = strips.froude_krylov_mass + strips.added_mass
-    force = strips.projection.T @ (mass[:, None] * 1j * omega * along)
+    force = strips.projection.T @ (mass[:, None] * 1j * omega * strip_velocity_transfer(strips, components))
 
     position, normal, pressure_area, end_mass = _ends(members, water_density)
     pressure = (
-        water_density
-        * components.gravity
-        * pressure_head_transfer(number, heading, components.water_depth, position)
+        water_density * components.gravity * pressure_head_transfer(number, heading, components.water_depth, position)
     )
-    acceleration = 1j * omega * np.einsum(
-        "ed,edn->en", normal, velocity_transfer(omega, number, heading, components.water_depth, position)
+    acceleration = (
+        1j
+        * omega
+        * np.einsum("ed,edn->en", normal, velocity_transfer(omega, number, heading, components.water_depth, position))
     )
     outward = end_mass[:, None] * acceleration - pressure_area[:, None] * pressure
     result: ComplexArray = force + projection(position, normal).T @ outward

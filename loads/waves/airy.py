@@ -81,12 +81,17 @@ def _decays(wavenumbers: FloatArray, depth: float, height: FloatArray) -> tuple[
 
 def travel(wavenumbers: FloatArray, heading: ArrayLike, x: FloatArray, y: FloatArray) -> ComplexArray:
     """exp(-ik(x cos beta + y sin beta)) at n places for N waves, shape (n, N)."""
-    distance = np.multiply.outer(x, np.cos(heading)) + np.multiply.outer(y, np.sin(heading))
+    direction = np.broadcast_to(heading, wavenumbers.shape)
+    distance = np.outer(x, np.cos(direction)) + np.outer(y, np.sin(direction))
     return np.asarray(np.exp(-1j * wavenumbers * distance))
 
 
 def velocity_transfer(
-    angular_frequency: FloatArray, wavenumbers: FloatArray, heading: ArrayLike, depth: float, points: FloatArray
+    angular_frequency: FloatArray,
+    wavenumbers: FloatArray,
+    heading: ArrayLike,
+    depth: float,
+    points: FloatArray,
 ) -> ComplexArray:
     """Water velocity a unit amplitude, eq. (3).
 

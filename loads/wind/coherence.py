@@ -55,9 +55,7 @@ def davenport(
             raise ScenarioError(f"{name} coherence coefficient of the wind is {value}; it must be finite and >= 0")
     across = position[:, 1] * np.cos(heading) - position[:, 0] * np.sin(heading)
     height = position[:, 2]
-    separation = np.hypot(
-        lateral * (across[:, None] - across[None, :]), vertical * (height[:, None] - height[None, :])
-    )
+    separation = np.hypot(lateral * (across[:, None] - across[None, :]), vertical * (height[:, None] - height[None, :]))
     decay_time = separation / (0.5 * (speed[:, None] + speed[None, :]))
     return np.exp(-frequency[:, None, None] * decay_time)
 

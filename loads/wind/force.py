@@ -76,9 +76,7 @@ def default_segments(heading: float) -> Segments:
     """
     across = np.array([-np.sin(heading), np.cos(heading), 0.0])
     offsets = np.array([-30.0, 0.0, 30.0]) - 12.0
-    position = np.vstack(
-        [offsets[:, None] * across + np.array([0.0, 0.0, height]) for height in (30.0, 50.0)]
-    )
+    position = np.vstack([offsets[:, None] * across + np.array([0.0, 0.0, height]) for height in (30.0, 50.0)])
     return Segments(position=position, area=np.full(6, 500.0), shape_coefficient=np.full(6, 1.2))
 
 
@@ -113,7 +111,7 @@ def mean_force(
     return np.concatenate([np.sum(local) * direction, moment.sum(axis=0)])
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _segment_forces(
     mean_speed: FloatArray,
     fluctuation: FloatArray,
@@ -208,7 +206,11 @@ class WindLoads:
     def mean_force(self) -> FloatArray:
         """Mean force on a platform at rest, eq. (3), with the variance that the samples hold, shape (6,)."""
         return mean_force(
-            self.segments, self.field.points.speed, self.field.sampled_variance, self.heading, self.air_density
+            self.segments,
+            self.field.points.speed,
+            self.field.sampled_variance,
+            self.heading,
+            self.air_density,
         )
 
     def get_state(self) -> ProcessState:

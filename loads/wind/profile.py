@@ -1,7 +1,7 @@
 """Mean wind speed over height.
 
-    U(z) = (u*/kappa) ln(z / z0),   u* = kappa U10 / ln(10 / z0)      logarithmic law              (1)
-    U(z) = U10 (z / 10)^alpha                                         power law                    (2)
+U(z) = (u*/kappa) ln(z / z0),   u* = kappa U10 / ln(10 / z0)      logarithmic law              (1)
+U(z) = U10 (z / 10)^alpha                                         power law                    (2)
 """
 
 import numpy as np
@@ -42,7 +42,8 @@ def friction_velocity(speed_10: float, roughness_length: float) -> float:
     require_positive("roughness length", roughness_length, "m")
     if roughness_length >= REFERENCE_HEIGHT:
         raise ScenarioError(
-            f"roughness length is {roughness_length} m; it must be below {REFERENCE_HEIGHT} m (open sea: 0.0001 to 0.01)"
+            f"roughness length is {roughness_length} m; it must be below {REFERENCE_HEIGHT} m "
+            "(open sea: 0.0001 to 0.01 m)"
         )
     return float(KARMAN_CONSTANT * speed_10 / np.log(REFERENCE_HEIGHT / roughness_length))
 

@@ -3,6 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tlpsim.loads.errors import WiringError
 from tlpsim.orchestrator.clock import to_positive_ticks, to_seconds, to_ticks
 

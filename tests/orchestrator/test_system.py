@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+
 from tlpsim.loads.errors import WiringError
 from tlpsim.orchestrator.instance import PythonInstance, Variable
 from tlpsim.orchestrator.system import (

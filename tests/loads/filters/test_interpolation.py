@@ -5,10 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
+
 from tlpsim.loads.filters.interpolation import (
+    _CUBIC_HERMITE,
+    _QUINTIC_HERMITE,
     CAUSAL,
     SYMMETRIC,
     InterpolationFilter,
+    _hermite_filter,
     extrapolation_weights,
     frequency_response,
     interpolation_error,
@@ -181,3 +185,23 @@ def test_extrapolation_continues_polynomials(coefficients: list[float], order: i
 def test_extrapolation_order_is_checked() -> None:
     with pytest.raises(ValueError, match="order 3 is not one of 0, 1, 2"):
         extrapolation_weights(3, 0.5)
+
+
+def test_refused_stencils() -> None:
+    """The numbers in docs/decisions/0001-multirate-coupling.md on filters that were not chosen."""
+    five = _hermite_filter(
+        "quintic, five samples",
+        _QUINTIC_HERMITE,
+        (np.array([3, -16, 36, -48, 25]) / 12, np.array([11, -56, 114, -104, 35]) / 12),
+        0,
+    )
+    catmull_rom = _hermite_filter("Catmull-Rom", _CUBIC_HERMITE, (np.array([-1, 0, 1]) / 2,), 1)
+
+    def noise_gain(item: InterpolationFilter) -> float:
+        return float(max(np.linalg.norm(item.weights(phase)) for phase in np.linspace(0.0, 1.0, 21)))
+
+    four = CAUSAL["quintic"]
+    gain = interpolation_error(four, 0.1, 0.5, 10) / interpolation_error(five, 0.1, 0.5, 10)
+    assert gain == pytest.approx(3.8, rel=0.02)
+    assert (noise_gain(five), noise_gain(four)) == pytest.approx((2.05, 1.61), rel=0.01)
+    assert interpolation_error(catmull_rom, 0.1, 0.5, 10) == pytest.approx(3.9e-4, rel=0.02)

@@ -12,10 +12,8 @@ from tlpsim.loads.wind.field import WindField, wind_field
 
 FloatArray = NDArray[np.float64]
 
-POSITION = np.array(
-    [[0, -30, 22], [0, 0, 22], [0, 30, 22], [0, -20, 40], [0, 20, 40], [0, 0, 70]], dtype=np.float64
-)
-BAND = np.linspace(0.002, 0.4, 400)
+POSITION = np.array([[0, -30, 22], [0, 0, 22], [0, 30, 22], [0, -20, 40], [0, 20, 40], [0, 0, 70]], dtype=np.float64)
+BAND = np.geomspace(0.002, 0.4, 400)
 
 
 @pytest.fixture(scope="module")
@@ -42,16 +40,15 @@ def deviation(field: WindField) -> tuple[FloatArray, FloatArray]:
 
 def test_order_25_fits_the_kaimal_spectra_of_six_points(storm: WindField) -> None:
     decibels, coherency = deviation(storm)
-    # An independent implementation of the same fit found a maximum of 0.41 and a root mean square of 0.17 dB. Its
-    # frequency grid is not known to us, hence two units of the last figure.
-    assert np.abs(decibels).max() == pytest.approx(0.41, abs=0.02)
-    assert np.sqrt(np.mean(decibels**2)) == pytest.approx(0.17, abs=0.02)
+    # An independent implementation of the same fit found a maximum of 0.41 and a root mean square of 0.17 dB.
+    assert np.abs(decibels).max() == pytest.approx(0.41, abs=0.005)
+    assert np.sqrt(np.mean(decibels**2)) == pytest.approx(0.17, abs=0.005)
     assert coherency.max() < 0.05
 
 
-@pytest.mark.parametrize(("spectrum", "largest"), [("harris", 0.35), ("api", 0.75)])
+@pytest.mark.parametrize(("spectrum", "largest"), [("harris", 0.23), ("api", 0.64)])
 def test_order_25_fits_the_other_spectra(spectrum: str, largest: float) -> None:
-    # The independent implementation reached 0.23 and 0.64 dB with a later, finer fit of order (3, 3).
+    # What the independent implementation reached with a mixed model of order (3, 3) made from this one.
     field = wind_field(position=POSITION, heading=0.0, speed_10=40.0, spectrum=spectrum)
     decibels, _ = deviation(field)
     assert np.abs(decibels).max() < largest
@@ -67,9 +64,7 @@ def test_variance_held_by_the_samples_is_the_spectrum_below_nyquist(storm: WindF
     np.testing.assert_allclose(variance, storm.sampled_variance, rtol=1e-5)
 
 
-def test_sampled_variance_and_mean_lie_within_their_statistical_bands(
-    storm: WindField, record: FloatArray
-) -> None:
+def test_sampled_variance_and_mean_lie_within_their_statistical_bands(storm: WindField, record: FloatArray) -> None:
     count = len(record)
     frequency = np.linspace(0.0, 0.5, 20_001)
     density = np.diagonal(autoregressive_spectrum(storm.model, frequency, 1.0), axis1=1, axis2=2).real
@@ -81,9 +76,7 @@ def test_sampled_variance_and_mean_lie_within_their_statistical_bands(
 
 
 @pytest.mark.parametrize(("first", "second"), [(0, 1), (3, 4), (1, 5)])
-def test_sampled_coherency_is_that_of_the_model(
-    storm: WindField, record: FloatArray, first: int, second: int
-) -> None:
+def test_sampled_coherency_is_that_of_the_model(storm: WindField, record: FloatArray, first: int, second: int) -> None:
     length = 512
     frequency, cross = csd(record[:, first], record[:, second], nperseg=length)
     auto = [csd(record[:, m], record[:, m], nperseg=length)[1].real for m in (first, second)]
@@ -154,7 +147,7 @@ def test_bad_input_is_refused() -> None:
         wind_field(position=POSITION[:, :2], heading=0.0, speed_10=30.0)
     with pytest.raises(ScenarioError, match="wind heading is nan"):
         wind_field(position=POSITION, heading=float("nan"), speed_10=30.0)
-    with pytest.raises(ScenarioError, match="sampling step .* is -1"):
+    with pytest.raises(ScenarioError, match=r"sampling step .* is -1"):
         wind_field(position=POSITION, heading=0.0, speed_10=30.0, sampling_step=-1.0)
     with pytest.raises(SolverError, match="move coincident points apart"):
         wind_field(position=POSITION[[0, 0]], heading=0.0, speed_10=30.0)

@@ -22,11 +22,11 @@ def test_power_law_of_two_heights() -> None:
 
 
 def test_bad_input_is_refused() -> None:
-    with pytest.raises(ScenarioError, match="mean wind speed at 10 m is -3.*must be finite and > 0"):
+    with pytest.raises(ScenarioError, match=r"mean wind speed at 10 m is -3.*must be finite and > 0"):
         friction_velocity(-3.0, 0.005)
     with pytest.raises(ScenarioError, match="mean wind speed at 10 m is nan"):
         friction_velocity(float("nan"), 0.005)
-    with pytest.raises(ScenarioError, match="roughness length is 12.0 m; it must be below 10"):
+    with pytest.raises(ScenarioError, match=r"roughness length is 12.0 m; it must be below 10"):
         friction_velocity(20.0, 12.0)
     with pytest.raises(ScenarioError, match="height of a wind point"):
         logarithmic_speed(np.array([10.0, 0.0]), 20.0, 0.005)

@@ -3,7 +3,13 @@ import pytest
 from scipy.integrate import quad
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.wind.spectra import SPECTRA, WindPoints, api_variance, logarithmic_wind_points, spectrum_by_name
+from tlpsim.loads.wind.spectra import (
+    SPECTRA,
+    WindPoints,
+    api_variance,
+    logarithmic_wind_points,
+    spectrum_by_name,
+)
 
 
 @pytest.fixture
@@ -28,9 +34,7 @@ def test_variance_is_the_integral_of_the_spectrum(name: str, points: WindPoints)
 
 
 @pytest.mark.parametrize(("name", "over_friction_velocity"), [("kaimal", 6.00), ("harris", 6.68)])
-def test_variance_over_squared_friction_velocity(
-    name: str, over_friction_velocity: float, points: WindPoints
-) -> None:
+def test_variance_over_squared_friction_velocity(name: str, over_friction_velocity: float, points: WindPoints) -> None:
     ratio = SPECTRA[name].variance(points) / points.friction_velocity**2
     np.testing.assert_allclose(ratio, over_friction_velocity, atol=0.005)
 
