@@ -1,6 +1,6 @@
 """The whole chain: free decay, statics, multi-rate error, repeatability, speed, memory, start-up, bad input.
 
-    python benchmarks/chain.py [--quick]
+python benchmarks/chain.py [--quick]
 """
 
 from __future__ import annotations
@@ -23,9 +23,8 @@ from tlpsim.fmus.component import DEGREES_OF_FREEDOM
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.fmu import FmuInstance
-from tlpsim.orchestrator.instance import PythonInstance, Variable
 from tlpsim.orchestrator.observers import MemoryRecorder, Observer
-from tlpsim.orchestrator.system import Component, Connection, System
+from tlpsim.orchestrator.system import Component, System
 from tlpsim.scenarios.results import open_results
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
@@ -69,7 +68,9 @@ def free_decay(quick: bool) -> list[Row]:
         amplitude = {"surge": 1.0, "yaw": 0.01, "heave": 0.01, "pitch": 1e-4}[degree]
         held: dict[str, object] = {f"free.{other}": False for other in DEGREES_OF_FREEDOM if other != degree}
         for free, others in (("other degrees of freedom held", held), ("all free", {})):
-            record = platform_alone({f"initial_position.{degree}": amplitude} | others, {}, 0.1, 6.0 * published // 1 + 1)
+            record = platform_alone(
+                {f"initial_position.{degree}": amplitude} | others, {}, 0.1, 6.0 * published // 1 + 1
+            )
             found = period(record.times("platform"), record.signal("platform", f"position.{degree}"))
             item = f"free decay, {degree}, {free}"
             bounded = within(item, found, published, 0.02, "s")
@@ -138,7 +139,12 @@ def multi_rate(quick: bool) -> list[Row]:
             measured = f"{error[0]:.3f} % ({worst}; LF {error[1]:.2f}, WF {error[2]:.2f} %), {wall:.2f} s"
             bounded = name == "cubic"
             rows.append(
-                Row(item=item, measured=measured, bound="≤ 1 %" if bounded else "", ok=error[0] <= 1.0 if bounded else None)
+                Row(
+                    item=item,
+                    measured=measured,
+                    bound="≤ 1 %" if bounded else "",
+                    ok=error[0] <= 1.0 if bounded else None,
+                )
             )
     return rows
 
@@ -207,7 +213,9 @@ def storm(quick: bool) -> list[Row]:
             figures.append([float(word) for word in done.stdout.split()])
     whole, stepping, grown = (statistics.median(column) for column in zip(*figures, strict=True))
     return [
-        at_least(f"storm of {duration} s, speed from loading the FMUs on", duration / whole, 500.0, "× real time", ".0f"),
+        at_least(
+            f"storm of {duration} s, speed from loading the FMUs on", duration / whole, 500.0, "× real time", ".0f"
+        ),
         Row(item="of that, stepping alone", measured=f"{duration / stepping:.0f} × real time"),
         at_most("memory grown over the last three quarters of it", grown, 8.0, "MiB", ".1f"),
     ]

@@ -47,7 +47,9 @@ def main(title: str, parts: Sequence[Callable[[bool], Sequence[Row]]]) -> None:
     for part in parts:
         for row in part(quick):
             missed += row.ok is False
-            table.add_row(row.item, row.measured.strip(), row.bound.strip(), {None: "", True: "yes", False: "NO"}[row.ok])
+            table.add_row(
+                row.item, row.measured.strip(), row.bound.strip(), {None: "", True: "yes", False: "NO"}[row.ok]
+            )
         table.add_section()
     console.print(table)
     sys.exit(1 if missed else 0)

@@ -11,6 +11,7 @@ from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
+
 from tlpsim.fmus.component import DEGREES_OF_FREEDOM, Component, Variable, six  # noqa: E402
 from tlpsim.fmus.tables import matrix_from_json, record_from_json  # noqa: E402
 from tlpsim.loads import issc_tlp  # noqa: E402

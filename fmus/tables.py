@@ -11,6 +11,7 @@ import json
 from typing import Any, TypeVar
 
 import numpy as np
+
 from tlpsim.loads.errors import ScenarioError
 
 Record = TypeVar("Record")

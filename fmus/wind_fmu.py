@@ -10,6 +10,7 @@ from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
+
 from tlpsim.fmus.component import Component, Variable, six  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.filters.arma import ProcessState  # noqa: E402

@@ -18,6 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import SEA_WATER_DENSITY, STANDARD_GRAVITY, Body
 from tlpsim.loads.platform.equilibrium import damping_from_ratios

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
+
 from tlpsim.fmus.build import built_in
 from tlpsim.fmus.component import DEGREES_OF_FREEDOM
 from tlpsim.fmus.tables import record_to_json

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
 from tlpsim.loads.errors import TlpsimError
 
 if TYPE_CHECKING:
@@ -26,9 +27,7 @@ app = typer.Typer(
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set", metavar="KEY=VALUE", help="Set a key of the scenario, as in waves.significant_height=9."
-    ),
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a key of the scenario, as in waves.significant_height=9."),
 ]
 Duration = Annotated[str | None, typer.Option(metavar="S", help="Duration in s, or with a unit: 3h.")]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of wind and waves.")]
@@ -37,9 +36,7 @@ Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of wind and wa
 @app.command()
 def build(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the FMUs.")],
-    bundle: Annotated[
-        bool, typer.Option("--bundle", help="Pack the sources in, for a Python without tlpsim.")
-    ] = False,
+    bundle: Annotated[bool, typer.Option("--bundle", help="Pack the sources in, for a Python without tlpsim.")] = False,
 ) -> None:
     """Build wind.fmu, wave.fmu and platform.fmu."""
     from tlpsim.fmus.build import build as build_fmus
@@ -67,9 +64,7 @@ def run(
 
 
 @app.command()
-def check(
-    scenario: ScenarioFile, duration: Duration = None, seed: Seed = None, settings: Settings = None
-) -> None:
+def check(scenario: ScenarioFile, duration: Duration = None, seed: Seed = None, settings: Settings = None) -> None:
     """Check a scenario, its FMUs and their wiring without running it."""
     from tlpsim.scenarios.assemble import assembled
     from tlpsim.scenarios.console import print_system

@@ -4,8 +4,9 @@ import re
 from pathlib import Path
 
 import pytest
-from tlpsim.scenarios.cli import app
 from typer.testing import CliRunner
+
+from tlpsim.scenarios.cli import app
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from tlpsim.loads.errors import ScenarioError
 
 STANDARD_GRAVITY = 9.80665

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
+
 from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy
 from tlpsim.loads.platform.motion import PlatformModel, PlatformState, restoring_force, tangent_stiffness

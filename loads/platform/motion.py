@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
 from tlpsim.loads.errors import ScenarioError, StepError
 from tlpsim.loads.platform.body import Body, fixed_array, generalized_force, hydrostatic_load, mass_matrix
 from tlpsim.loads.platform.tendons import Tendons, tendon_loads

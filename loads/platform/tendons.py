@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import fixed_array, rotation_matrix
 

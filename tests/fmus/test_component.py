@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
 from tlpsim.fmus.component import Component, Variable, six
 from tlpsim.loads.errors import FmuError
 

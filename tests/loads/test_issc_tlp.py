@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.equilibrium import natural_periods, single_periods

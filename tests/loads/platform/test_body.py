@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import (

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
+
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.loads.platform.equilibrium import (

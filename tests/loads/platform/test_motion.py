@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError, StepError
 from tlpsim.loads.platform import motion

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import generalized_force
