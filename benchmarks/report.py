@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from rich.console import Console
 from rich.table import Table
 
+WORDS = {None: "", True: "yes", False: "NO"}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:

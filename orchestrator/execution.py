@@ -219,8 +219,6 @@ class Master:
             If a component cannot be loaded or initialized, or gives a value that is not finite.
         """
         self._start = self._stop = start
-        for observer in self._observers:
-            observer.started(self._system)
         units = [self._units[index] for index in self._order]
         for unit in units:
             component = self._system.components[unit.index]
@@ -236,6 +234,9 @@ class Master:
         for queue in self._queues:
             queue[:] = [(start, negative_step, index) for _, negative_step, index in queue]
             heapify(queue)
+        # Only now, so that what cannot be initialized leaves nothing behind.
+        for observer in self._observers:
+            observer.started(self._system)
         for unit in self._units:
             for observer in self._observers:
                 observer.sampled(unit.index, start, unit.history.initial_row())

@@ -18,7 +18,7 @@ class Observer:
     """Gets told what happens in a run. Does nothing; override what matters."""
 
     def started(self, system: System) -> None:
-        """Prepare for a run of a system whose wiring has been checked."""
+        """Prepare for a run of a system whose components have been initialized."""
 
     def sampled(self, index: int, time: int, values: FloatArray) -> None:
         """Take a sample of one component.
@@ -38,7 +38,10 @@ class Observer:
         """
 
     def stopped(self, reason: BaseException | None, summary: "RunSummary") -> None:
-        """Finish; `reason` is what ended the run early, or None. Instances are still allocated."""
+        """Finish; `reason` is what ended the run early, or None. Instances are still allocated.
+
+        Called without `started` before it when the run failed earlier than that.
+        """
 
 
 class MemoryRecorder(Observer):

@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 
 from tlpsim.fmus.build import built_in
 from tlpsim.fmus.component import DEGREES_OF_FREEDOM
+from tlpsim.fmus.component import Component as Fmi
 from tlpsim.fmus.tables import record_to_json
 from tlpsim.loads import issc_tlp
-from tlpsim.loads.errors import TlpsimError
+from tlpsim.loads.errors import SolverError, TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
@@ -211,22 +212,35 @@ def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameter
     from tlpsim.fmus.wind_fmu import TlpsimWind, wind_model
     from tlpsim.loads.platform.equilibrium import static_equilibrium
 
-    def value(component: type, name: str) -> Callable[[str], Any]:
-        defaults = {variable.name: variable.start for variable in component.table}  # type: ignore[attr-defined]
+    def given(name: str, component: type[Fmi]) -> Callable[[str], Any]:
+        defaults = {variable.name: variable.start for variable in component.table}
         return (defaults | parameters[name]).__getitem__
 
     force: NDArray[np.float64] = np.zeros(6)
     if _is_builtin(scenario, "wind"):
-        force += wind_model(value(TlpsimWind, "wind")).mean_force()
+        with _blamed_on("wind"):
+            force += wind_model(given("wind", TlpsimWind)).mean_force()
     if _is_builtin(scenario, "wave"):
-        force += current_force(value(TlpsimWave, "wave"))
+        with _blamed_on("wave"):
+            force += current_force(given("wave", TlpsimWave))
+    with _blamed_on("platform"):
+        model = platform_model(given("platform", TlpsimPlatform))
     try:
-        position = static_equilibrium(platform_model(value(TlpsimPlatform, "platform")), force)
-    except TlpsimError as error:
-        raise type(error)(f'{error}; simulation.start = "rest" starts without it') from error
+        position = static_equilibrium(model, force)
+    except SolverError as error:
+        raise SolverError(f'{error}; simulation.start = "rest" starts without it') from error
     parameters["platform"].update(
         {f"initial_position.{degree}": float(x) for degree, x in zip(DEGREES_OF_FREEDOM, position, strict=True)}
     )
+
+
+@contextmanager
+def _blamed_on(name: str) -> Iterator[None]:
+    """Name the component whose parameters an error is about."""
+    try:
+        yield
+    except TlpsimError as error:
+        raise type(error)(f"components.{name}: {error}") from error
 
 
 def _is_builtin(scenario: Scenario, name: str) -> bool:

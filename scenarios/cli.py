@@ -58,9 +58,14 @@ def run(
     from tlpsim.scenarios.run import run_scenario
 
     chosen = _load(scenario, duration, seed, settings)
-    with progress_bar(chosen.simulation.duration) as progress:
-        results = run_scenario(chosen, output, observers=[progress])
+    try:
+        with progress_bar(chosen.simulation.duration) as progress:
+            results = run_scenario(chosen, output, observers=[progress])
+    except KeyboardInterrupt:
+        typer.echo(f"tlpsim: interrupted; the samples so far are in {output}.part", err=True)
+        raise typer.Exit(130) from None
     print_summary(results)
+    typer.echo(f"results: {output}")
 
 
 @app.command()

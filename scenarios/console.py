@@ -62,7 +62,8 @@ def progress_bar(duration: float) -> Iterator[ProgressBar]:
     """Progress bar on the error stream, for a run of so many simulated seconds."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[speed]}"), TimeRemainingColumn())
     # Drawn by hand: a drawing thread would take time from the FMUs, which run in this process.
-    with Progress(*columns, console=messages, auto_refresh=False, transient=True) as progress:
+    quiet = not messages.is_terminal
+    with Progress(*columns, console=messages, auto_refresh=False, transient=True, disable=quiet) as progress:
         yield ProgressBar(progress, duration)
 
 
@@ -71,14 +72,13 @@ def print_summary(results: Results) -> None:
     from tlpsim.scenarios.statistics import summary
 
     found = summary(results)
-    table = Table(title=f"{results.title}: {found.description}")
-    table.add_column("")
-    for heading in ("mean", "std < 0.022 Hz", "std 0.022–0.2 Hz", "std", "min", "max"):
+    table = Table(title=f"{results.title}: {found.description}; frequencies in Hz")
+    table.add_column("", no_wrap=True)
+    for heading in ("mean", "std\n<0.022", "std\n0.022–0.2", "std", "min", "max"):
         table.add_column(heading, justify="right")
-    table.add_column("unit")
     for row in found.motions:
         numbers = (row.mean, row.low_frequency, row.wave_frequency, row.std, row.minimum, row.maximum)
-        table.add_row(row.name, *(_number(value) for value in numbers), row.unit)
+        table.add_row(f"{row.name}, {row.unit}", *(_number(value) for value in numbers))
     output.print(table)
     for line in found.lines:
         output.print(line)
@@ -122,8 +122,9 @@ def print_fmu(description: FmuDescription) -> None:
     output.print(f"{description.path}: {description.model_name}, FMI {description.fmi_version} co-simulation")
     output.print(f"made by {description.generation_tool or 'an unnamed tool'}; SHA-256 {description.sha256}")
     table = Table()
-    for heading in ("variable", "causality", "type", "unit", "start", "description"):
-        table.add_column(heading)
+    table.add_column("variable", no_wrap=True)
+    for heading in ("causality", "type", "unit", "start", "description"):
+        table.add_column(heading, overflow="fold")
     for variable in description.variables.values():
         start = "" if variable.start is None or variable.causality == "output" else str(variable.start)
         table.add_row(
@@ -138,8 +139,9 @@ def print_results(results: Results) -> None:
     output.print("seeds: " + ", ".join(f"{name} {seed}" for name, seed in results.seeds.items()))
     output.print("versions: " + ", ".join(f"{name} {version}" for name, version in results.versions.items()))
     table = Table()
-    for heading in ("signal", "unit", "samples", "description"):
-        table.add_column(heading)
+    table.add_column("signal", no_wrap=True)
+    for heading in ("unit", "samples", "description"):
+        table.add_column(heading, overflow="fold")
     for component in results.components:
         count = str(len(results.time(component)))
         for variable in results.signals(component):

@@ -115,6 +115,11 @@ class ResultsWriter(Observer):
         if not os.access(folder, os.W_OK | os.X_OK):
             raise ResultsError(f"{self.path}: the folder {folder} cannot be written; choose another")
 
+    @property
+    def has_started(self) -> bool:
+        """Whether the run came so far that there is a file, under its own name or as ``.part``."""
+        return bool(self._buffers)
+
     def started(self, system: System) -> None:
         """Create the file with its groups and datasets.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from tlpsim.loads.errors import TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.observers import Observer
@@ -34,5 +35,10 @@ def run_scenario(scenario: Scenario, destination: str | Path, observers: Sequenc
     writer = ResultsWriter(destination, scenario)
     with assembled(scenario) as assembly:
         stop = to_ticks(scenario.simulation.duration, "simulation.duration")
-        run(assembly.system, stop, observers=[writer, *observers])
+        try:
+            run(assembly.system, stop, observers=[writer, *observers])
+        except TlpsimError as error:
+            if writer.has_started:
+                raise type(error)(f"{error}; the samples so far are in {writer.part_path}") from error
+            raise
     return open_results(destination)

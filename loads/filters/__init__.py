@@ -1,0 +1,1 @@
+"""The paper's digital filters: autoregressive models and interpolation between rates."""
