@@ -249,7 +249,7 @@ def _callbacks(number: int, description: FmuDescription) -> Any:
     callbacks.allocateMemory = fmpy.fmi2.defaultCallbacks.allocateMemory
     callbacks.freeMemory = fmpy.fmi2.defaultCallbacks.freeMemory
     callbacks.componentEnvironment = number
-    if not description.generation_tool.startswith("PythonFMU"):
+    if "PythonFMU" not in description.generation_tool:
         fmpy.logging.addLoggerProxy(ctypes.byref(callbacks))
     return callbacks
 

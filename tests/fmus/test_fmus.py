@@ -281,3 +281,27 @@ def test_tensions_and_weight_balance_buoyancy_at_rest(slave: Callable[..., Slave
     total = sum(one.get(f"tendon_tension[{i + 1}]") for i in range(12))
     weight = 40.5e6 * 9.80665
     assert total + weight == pytest.approx(1025.0 * 9.80665 * one.get("displaced_volume"), rel=1e-9)
+
+
+def test_failing_initializations_leave_the_process_sound(fmus: dict[str, Path]) -> None:
+    """pythonfmu logs whole tracebacks, which no part of the way to our message may take for a printf format."""
+    script = f"""
+import faulthandler
+faulthandler.enable()
+import numpy as np
+from tlpsim.loads.errors import TlpsimError
+from tlpsim.orchestrator.fmu import FmuInstance
+for _ in range(100):
+    instance = FmuInstance("wave", {str(fmus["wave"])!r})
+    instance.set_parameters({{"current_speed": -1.0, "spectrum": "100 %n %s" * 400, "components": 3}})
+    instance.bind([], ["force.surge"])
+    try:
+        instance.enter_initialization(0.0)
+        instance.exit_initialization()
+    except TlpsimError as error:
+        message = str(error)
+    instance.free()
+print(len(message.splitlines()), "%n" in message)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, "1 True"), done.stderr[-2000:]
