@@ -8,12 +8,16 @@ only with the interface, and an exact FMU state.
 
 from __future__ import annotations
 
+import atexit
+import ctypes
 import importlib.metadata
 import io
 import json
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 from uuid import NAMESPACE_URL, uuid5
@@ -22,6 +26,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real, String
+from pythonfmu.osutil import get_lib_extension, get_platform
 
 from tlpsim.loads.errors import FmuError
 
@@ -121,6 +126,7 @@ class Component(Fmi2Slave):
         )
         for reference, variable in enumerate(self.table):
             self._register(reference, variable)
+        _release_library_at_exit(Path(str(self.resources)), type(self).__name__)
 
     def _register(self, reference: int, variable: Variable) -> None:
         if variable.kind == "Real":
@@ -343,6 +349,18 @@ def built_version(resources: Path, component: str) -> str:
         f"{component} was built with tlpsim {built['version']}, but tlpsim {installed} is installed: "
         f"build it again with `tlpsim build`, or install tlpsim=={built['version']}"
     )
+
+
+@cache
+def _release_library_at_exit(resources: Path, identifier: str) -> None:
+    """Let pythonfmu's library release its state while Python still runs.
+
+    pythonfmu 0.7 otherwise releases it twice when a Python process ends, which now and then aborts the process. In a
+    tool that is not Python itself (no command line) the library owns the interpreter, and is left alone.
+    """
+    library = resources.parent / "binaries" / get_platform() / f"{identifier}.{get_lib_extension()}"
+    if sys.orig_argv and library.is_file():
+        atexit.register(ctypes.CDLL(str(library)).finalizePythonInterpreter)
 
 
 def tlpsim_version() -> str:

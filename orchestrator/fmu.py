@@ -254,6 +254,21 @@ def _callbacks(number: int, description: FmuDescription) -> Any:
     return callbacks
 
 
+_released_at_exit: set[int] = set()
+
+
+def _release_python_state_at_exit(library: Any) -> None:
+    """Keep the library of a Python FMU from releasing its state twice when the process ends.
+
+    pythonfmu 0.7 releases it in a destructor of the library that runs after the C++ one, which now and then ends the
+    process with a corrupted heap. Released before both, neither finds anything to do.
+    """
+    release = getattr(library, "finalizePythonInterpreter", None)
+    if release is not None and library._handle not in _released_at_exit:
+        _released_at_exit.add(library._handle)
+        atexit.register(release)
+
+
 _SETTERS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "Real": ("setReal", float),
     "Integer": ("setInteger", int),
@@ -347,6 +362,7 @@ class FmuInstance(Instance):
                 instanceName=self.name,
             )
             fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+        _release_python_state_at_exit(fmu.dll)
         self._fmu = fmu
         self._component = ctypes.c_void_p(fmu.component)
         self._set_real_function = fmu.dll.fmi2SetReal
