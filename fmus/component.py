@@ -117,7 +117,7 @@ class Component(Fmi2Slave):
         self.version = built_version(Path(str(self.resources)), type(self).__name__)
         self.guid = uuid5(NAMESPACE_URL, f"tlpsim/{self.version}/{type(self).__name__}/{self.table!r}")
         self.values: NDArray[np.float64] = np.zeros(len(self.table))
-        self.settings: dict[int, int | bool | str] = {}
+        self.settings: dict[int, float | int | bool | str] = {}
         self.references = {variable.name: index for index, variable in enumerate(self.table)}
         self.start_time = 0.0
         self._prepared = self._current = self._stepping = False
@@ -246,7 +246,7 @@ class Component(Fmi2Slave):
 
     def _get_fmu_state(self) -> dict[str, NDArray[Any]]:
         flags = [self._prepared, self._current, self._stepping]
-        state = {
+        state: dict[str, NDArray[Any]] = {
             "values": self.values.copy(),
             "settings": _packed(self.settings),
             "flags": np.array(flags),
@@ -371,7 +371,7 @@ def tlpsim_version() -> str:
         return "unknown"
 
 
-def _packed(settings: dict[int, int | bool | str]) -> NDArray[np.uint8]:
+def _packed(settings: dict[int, float | int | bool | str]) -> NDArray[np.uint8]:
     return np.frombuffer(json.dumps(settings).encode(), dtype=np.uint8)
 
 
