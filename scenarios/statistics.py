@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal.windows import tukey
 
 from tlpsim.scenarios.reading import DEGREES_OF_FREEDOM
 from tlpsim.scenarios.results import Results, ResultsError
@@ -141,7 +140,7 @@ def _check(time: NDArray[np.float64], signal: NDArray[np.float64]) -> None:
 def _band_deviations(fluctuation: NDArray[np.float64], step: float, edges: tuple[float, float]) -> tuple[float, float]:
     """Standard deviations in the two bands, eq. (1)."""
     count = len(fluctuation)
-    taper = tukey(count + 2, TAPERED_FRACTION)[1:-1]  # without its two zeros, for records of few samples
+    taper = _cosine_taper(count, TAPERED_FRACTION)
     # The taper gives a little mean back to a record without one; it would count as slow motion.
     tapered = taper * (fluctuation - np.sum(taper * fluctuation) / np.sum(taper))
     lines = 2.0 * np.abs(np.fft.rfft(tapered)) ** 2 / (count * np.sum(taper**2))
@@ -152,6 +151,13 @@ def _band_deviations(fluctuation: NDArray[np.float64], step: float, edges: tuple
     low = lines[1:][frequency[1:] < edges[0]].sum()
     wave = lines[1:][(frequency[1:] >= edges[0]) & (frequency[1:] < edges[1])].sum()
     return math.sqrt(low), math.sqrt(wave)
+
+
+def _cosine_taper(count: int, fraction: float) -> NDArray[np.float64]:
+    """Tukey's window without its two zeros, which would cost records of few samples two of them."""
+    position = np.arange(1, count + 1) / (count + 1)
+    rise = np.minimum(np.minimum(position, 1.0 - position) / (0.5 * fraction), 1.0)
+    return 0.5 * (1.0 - np.cos(np.pi * rise))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
