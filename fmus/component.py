@@ -14,6 +14,7 @@ import importlib.metadata
 import io
 import json
 import sys
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -26,6 +27,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real, String
+from pythonfmu.enums import Fmi2Status
 from pythonfmu.osutil import get_lib_extension, get_platform
 
 from tlpsim.loads.errors import FmuError
@@ -236,11 +238,19 @@ class Component(Fmi2Slave):
         if vrs is not None and not any(self.table[reference].causality == "output" for reference in vrs):
             return
         if not self._prepared:
-            self.prepare()
+            self._prepare_and_log()
             self._prepared = True
         if not self._current:
             self.start(self.start_time)
             self._current = True
+
+    def _prepare_and_log(self) -> None:
+        """Build the model; what it warns of, such as a filter that fits poorly, goes to the FMI log."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", UserWarning)
+            self.prepare()
+        for warning in caught:
+            self.log(str(warning.message), Fmi2Status.warning)
 
     # FMU state
 
@@ -269,7 +279,7 @@ class Component(Fmi2Slave):
         prepared, self._current, self._stepping = (bool(flag) for flag in state["flags"])
         if prepared:
             if not same_model:
-                self.prepare()
+                self._prepare_and_log()
             prefix = "model."
             self.restore({k.removeprefix(prefix): v for k, v in state.items() if k.startswith(prefix)})
             self.values[:] = state["values"]

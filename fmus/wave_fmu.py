@@ -1,4 +1,7 @@
-"""The wave FMU: first-order inertia, drag and current forces on the hull's members."""
+"""The wave FMU: first-order inertia, drag and current forces on the hull's members.
+
+The sea comes from digital filters (`generator` "arma") or is a sum of harmonic components ("harmonic").
+"""
 
 import ctypes
 
@@ -13,14 +16,29 @@ from numpy.typing import NDArray  # noqa: E402
 
 from tlpsim.fmus.component import Component, Variable, six  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
+from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY  # noqa: E402
+from tlpsim.loads.errors import ScenarioError  # noqa: E402
+from tlpsim.loads.filters.arma import Orders  # noqa: E402
+from tlpsim.loads.filters.process import ProcessState  # noqa: E402
 from tlpsim.loads.hydro.excitation import WaveLoads, mean_current_force  # noqa: E402
 from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
-from tlpsim.loads.hydro.morison import DEFAULT_WATER_DENSITY, Members  # noqa: E402
-from tlpsim.loads.waves.airy import STANDARD_GRAVITY  # noqa: E402
-from tlpsim.loads.waves.field import WaveComponents, calm_water, wave_components  # noqa: E402
+from tlpsim.loads.hydro.morison import Members  # noqa: E402
+from tlpsim.loads.waves.elevation import (  # noqa: E402
+    DEFAULT_ORDERS,
+    DEFAULT_SAMPLING_STEP,
+    OFFSET_ALLOWANCE,
+    ArmaSea,
+)
+from tlpsim.loads.waves.field import calm_water, wave_components  # noqa: E402
+from tlpsim.loads.waves.sea import Sea, SeaState  # noqa: E402
+from tlpsim.loads.waves.spectra import SpectrumTable  # noqa: E402
 
 _FORCE = ("N", "N.m")
 _MOTION = ("position.*", "velocity.*")
+
+
+def _whole(name: str, value: int, description: str) -> Variable:
+    return Variable(name=name, causality="parameter", kind="Integer", start=value, description=description)
 
 
 def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
@@ -29,9 +47,10 @@ def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
 
 def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
     """Wave loads from the FMU's parameters, of which `parameter` gives the value by name."""
+    members = _members(parameter)
     return WaveLoads(
-        components=_components(parameter),
-        members=_members(parameter),
+        sea=_sea(parameter, members),
+        members=members,
         water_density=parameter("water_density"),
         current_speed=parameter("current_speed"),
         current_heading=parameter("current_heading"),
@@ -54,23 +73,53 @@ def _members(parameter: Callable[[str], Any]) -> Members:
     return record_from_json(Members, members, "members") if members else issc_members()
 
 
-def _components(parameter: Callable[[str], Any]) -> WaveComponents:
-    water_depth, gravity = parameter("water_depth"), parameter("gravity")
+def _sea(parameter: Callable[[str], Any], members: Members) -> Sea:
+    generator = parameter("generator")
+    if generator not in GENERATORS:
+        raise ScenarioError(f"parameter generator is {generator!r}; it must be one of {', '.join(GENERATORS)}")
     if parameter("significant_height") == 0.0:
-        return calm_water(water_depth=water_depth, gravity=gravity)
-    return wave_components(
+        return calm_water(water_depth=parameter("water_depth"), gravity=parameter("gravity"))
+    return GENERATORS[generator](parameter, _state(parameter), members)
+
+
+def _state(parameter: Callable[[str], Any]) -> SeaState:
+    table = parameter("spectrum_table")
+    return SeaState(
         spectrum=parameter("spectrum"),
         significant_height=parameter("significant_height"),
         peak_period=parameter("peak_period"),
         peak_enhancement=parameter("peak_enhancement"),
+        table=record_from_json(SpectrumTable, table, "spectrum_table") if table else None,
         heading=parameter("heading"),
-        water_depth=water_depth,
+        directions=parameter("directions"),
+        spreading_exponent=parameter("spreading_exponent"),
+        water_depth=parameter("water_depth"),
         lowest_frequency=parameter("frequency_min"),
         highest_frequency=parameter("frequency_max"),
-        count=parameter("components"),
-        seed=parameter("seed"),
-        gravity=gravity,
+        gravity=parameter("gravity"),
     )
+
+
+def _arma(parameter: Callable[[str], Any], state: SeaState, members: Members) -> Sea:
+    ends = np.vstack([members.start, members.end])
+    return ArmaSea(
+        state,
+        sampling_step=parameter("sampling_step"),
+        orders=Orders(
+            long=parameter("orders.long"),
+            autoregressive=parameter("orders.autoregressive"),
+            moving_average=parameter("orders.moving_average"),
+        ),
+        reach=float(np.hypot(ends[:, 0], ends[:, 1]).max()) + OFFSET_ALLOWANCE,
+        seed=parameter("seed"),
+    )
+
+
+def _harmonic(parameter: Callable[[str], Any], state: SeaState, members: Members) -> Sea:
+    return wave_components(state, count=parameter("components"), seed=parameter("seed"))
+
+
+GENERATORS = {"arma": _arma, "harmonic": _harmonic}
 
 
 class TlpsimWave(Component):
@@ -91,25 +140,31 @@ class TlpsimWave(Component):
             description="undisturbed wave elevation at the platform's reference point",
             depends_on=("position.*",),
         ),
-        _scalar("significant_height", "m", 7.0, "Hs; zero is calm water"),
+        _scalar("significant_height", "m", 7.0, "Hs; zero is calm water, whatever the spectrum"),
         _scalar("peak_period", "s", 14.0, "Tp"),
         _scalar("peak_enhancement", "1", 3.3, "gamma of the JONSWAP spectrum"),
-        _scalar("heading", "rad", 0.0, "direction toward which the waves travel"),
-        _scalar("frequency_min", "Hz", 0.02, "lowest wave frequency"),
+        _scalar("heading", "rad", 0.0, "mean direction toward which the waves travel"),
+        _scalar("spreading_exponent", "1", 10.0, "s of the cos-2s spreading; no effect with one direction"),
+        _scalar("frequency_min", "Hz", 0.02, "lowest wave frequency of the generator harmonic"),
         _scalar("frequency_max", "Hz", 0.35, "highest wave frequency"),
+        _scalar(
+            "sampling_step",
+            "s",
+            DEFAULT_SAMPLING_STEP,
+            "time between samples of the elevation of the generator arma; the realization does not depend on the "
+            "macro step",
+        ),
         _scalar("water_depth", "m", 450.0, "depth of the water"),
-        _scalar("water_density", "kg/m3", DEFAULT_WATER_DENSITY, "density of the water"),
+        _scalar("water_density", "kg/m3", SEA_WATER_DENSITY, "density of the water"),
         _scalar("gravity", "m/s2", STANDARD_GRAVITY, "acceleration of gravity"),
         _scalar("current_speed", "m/s", 0.0, "speed of the current, uniform over the depth"),
         _scalar("current_heading", "rad", 0.0, "direction toward which the current flows"),
-        Variable(
-            name="components",
-            causality="parameter",
-            kind="Integer",
-            start=400,
-            description="number of wave components",
-        ),
-        Variable(name="seed", causality="parameter", kind="Integer", start=1, description="realization"),
+        _whole("directions", 1, "number of long-crested seas that make up the sea; 1 is long-crested"),
+        _whole("components", 400, "number of components a direction, of the generator harmonic"),
+        _whole("orders.long", DEFAULT_ORDERS.long, "order of the autoregression that the ARMA model is matched to"),
+        _whole("orders.autoregressive", DEFAULT_ORDERS.autoregressive, "order p of the ARMA(p, q) elevation"),
+        _whole("orders.moving_average", DEFAULT_ORDERS.moving_average, "order q of the ARMA(p, q) elevation"),
+        _whole("seed", 1, "realization"),
         Variable(
             name="displaced_position",
             causality="parameter",
@@ -122,7 +177,22 @@ class TlpsimWave(Component):
             causality="parameter",
             kind="String",
             start="jonswap",
-            description="wave spectrum: jonswap or pierson_moskowitz",
+            description="wave spectrum: jonswap, pierson_moskowitz or torsethaugen (wind sea and swell)",
+        ),
+        Variable(
+            name="spectrum_table",
+            causality="parameter",
+            kind="String",
+            start="",
+            description="JSON object of columns frequency (Hz) and density (m2/Hz) instead of the spectrum, its height "
+            "and its period; empty: none",
+        ),
+        Variable(
+            name="generator",
+            causality="parameter",
+            kind="String",
+            start="arma",
+            description="how the sea is made: arma (digital filters) or harmonic (sum of components)",
         ),
         Variable(
             name="members",
@@ -145,7 +215,7 @@ class TlpsimWave(Component):
         self.elevation = self.view("elevation")
 
     def start(self, time: float) -> None:
-        """Forces and elevation at `time`; the model keeps no state."""
+        """Forces and elevation at `time`."""
         forces = self.model.evaluate(time, self.position, self.velocity)
         self.diffraction[:] = forces.diffraction
         self.viscous[:] = forces.viscous
@@ -155,3 +225,27 @@ class TlpsimWave(Component):
     def advance(self, time: float, step: float) -> None:
         """Forces and elevation at the end of the step."""
         self.start(time + step)
+
+    def snapshot(self) -> dict[str, NDArray[Any]]:
+        """Windows of samples and noises of the filters, one process a direction."""
+        if not isinstance(self.model.sea, ArmaSea):
+            return {}
+        arrays = {}
+        for j, state in enumerate(self.model.sea.get_state()):
+            arrays[f"index.{j}"] = np.array(state.index)
+            arrays[f"samples.{j}"] = np.array(state.samples)
+            arrays[f"noises.{j}"] = np.array(state.noises)
+        return arrays
+
+    def restore(self, arrays: dict[str, NDArray[Any]]) -> None:
+        """Windows of samples and noises of the filters."""
+        if isinstance(self.model.sea, ArmaSea):
+            count = sum(name.startswith("index.") for name in arrays)
+            self.model.sea.set_state(
+                [
+                    ProcessState(
+                        index=int(arrays[f"index.{j}"]), samples=arrays[f"samples.{j}"], noises=arrays[f"noises.{j}"]
+                    )
+                    for j in range(count)
+                ]
+            )

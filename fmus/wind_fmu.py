@@ -13,25 +13,70 @@ from numpy.typing import NDArray  # noqa: E402
 
 from tlpsim.fmus.component import Component, Variable, six  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
-from tlpsim.loads.filters.arma import ProcessState  # noqa: E402
-from tlpsim.loads.wind.force import DEFAULT_AIR_DENSITY, Segments, WindLoads, wind_loads  # noqa: E402
+from tlpsim.loads.errors import ScenarioError  # noqa: E402
+from tlpsim.loads.filters.arma import Orders  # noqa: E402
+from tlpsim.loads.filters.process import ProcessState  # noqa: E402
+from tlpsim.loads.wind.admittance import ADMITTANCES  # noqa: E402
+from tlpsim.loads.wind.coherence import COHERENCES, Decay  # noqa: E402
+from tlpsim.loads.wind.field import DEFAULT_ORDERS, Gusts  # noqa: E402
+from tlpsim.loads.wind.force import DECOMPOSITIONS, DEFAULT_AIR_DENSITY, WindLoads, wind_loads  # noqa: E402
+from tlpsim.loads.wind.profile import PROFILES, Profile  # noqa: E402
+from tlpsim.loads.wind.segments import Boxes, Segments, projected_segments  # noqa: E402
+from tlpsim.loads.wind.spectra import SPECTRA  # noqa: E402
+
+
+def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
+    return Variable(name=name, causality="parameter", unit=unit, start=value, description=description)
+
+
+def _whole(name: str, value: int, description: str) -> Variable:
+    return Variable(name=name, causality="parameter", kind="Integer", start=value, description=description)
+
+
+def _text(name: str, value: str, description: str) -> Variable:
+    return Variable(name=name, causality="parameter", kind="String", start=value, description=description)
 
 
 def wind_model(parameter: Callable[[str], Any]) -> WindLoads:
     """Wind loads from the FMU's parameters, of which `parameter` gives the value by name."""
-    segments = parameter("segments")
     return wind_loads(
-        speed_10=parameter("mean_speed"),
         heading=parameter("heading"),
-        spectrum=parameter("spectrum"),
-        roughness_length=parameter("roughness"),
-        lateral_coherence=parameter("coherence.lateral"),
-        vertical_coherence=parameter("coherence.vertical"),
+        profile=Profile(
+            name=parameter("profile"),
+            speed_10=parameter("mean_speed"),
+            roughness_length=parameter("roughness"),
+            exponent=parameter("profile_exponent"),
+        ),
+        gusts=Gusts(
+            spectrum=parameter("spectrum"),
+            coherence=parameter("coherence.model"),
+            decay=Decay(
+                lateral=parameter("coherence.lateral"),
+                vertical=parameter("coherence.vertical"),
+                longitudinal=parameter("coherence.longitudinal"),
+            ),
+            admittance=parameter("admittance"),
+            sampling_step=parameter("sampling_step"),
+            orders=Orders(
+                long=parameter("orders.long"),
+                autoregressive=parameter("orders.autoregressive"),
+                moving_average=parameter("orders.moving_average"),
+            ),
+            seed=parameter("seed"),
+        ),
         air_density=parameter("air_density"),
-        segments=record_from_json(Segments, segments, "segments") if segments else None,
-        sampling_step=parameter("sampling_step"),
-        seed=parameter("seed"),
+        segments=_segments(parameter),
+        decomposition=parameter("decomposition"),
     )
+
+
+def _segments(parameter: Callable[[str], Any]) -> Segments | None:
+    segments, boxes = parameter("segments"), parameter("boxes")
+    if segments and boxes:
+        raise ScenarioError("parameters segments and boxes are both given; give one of them")
+    if boxes:
+        return projected_segments(record_from_json(Boxes, boxes, "boxes"), parameter("heading"))
+    return record_from_json(Segments, segments, "segments") if segments else None
 
 
 class TlpsimWind(Component):
@@ -48,63 +93,38 @@ class TlpsimWind(Component):
             unit="m/s",
             description="wind speed, area-weighted mean over the segments",
         ),
-        Variable(
-            name="mean_speed",
-            causality="parameter",
-            unit="m/s",
-            start=20.0,
-            description="mean at 10 m height",
+        _scalar("mean_speed", "m/s", 20.0, "mean at 10 m height; zero is still air"),
+        _scalar("heading", "rad", 0.0, "direction toward which the wind blows"),
+        _scalar("profile_exponent", "1", 0.12, "exponent of the power profile"),
+        _scalar("roughness", "m", 0.001, "roughness length z0 of the profile, and of the friction velocity"),
+        _scalar("air_density", "kg/m3", DEFAULT_AIR_DENSITY, "density of the air"),
+        _scalar("coherence.lateral", "1", 16.0, "Davenport's decay coefficient across the wind"),
+        _scalar("coherence.vertical", "1", 10.0, "Davenport's decay coefficient in height"),
+        _scalar("coherence.longitudinal", "1", 0.0, "Davenport's decay coefficient along the wind"),
+        _scalar(
+            "sampling_step",
+            "s",
+            1.0,
+            "time between samples of the gusts; the realization does not depend on the macro step",
         ),
-        Variable(
-            name="heading",
-            causality="parameter",
-            unit="rad",
-            description="direction toward which the wind blows",
+        _whole("orders.long", DEFAULT_ORDERS.long, "order of the long autoregression"),
+        _whole("orders.autoregressive", DEFAULT_ORDERS.autoregressive, "autoregressive order of the ARMA model"),
+        _whole("orders.moving_average", DEFAULT_ORDERS.moving_average, "moving-average order of the ARMA model"),
+        _whole("seed", 1, "realization"),
+        _text("profile", "logarithmic", "mean speed over height: " + ", ".join(PROFILES)),
+        _text("spectrum", "kaimal", "spectrum of the gusts: " + ", ".join(SPECTRA)),
+        _text("coherence.model", "davenport", "coherence of the gusts: " + ", ".join(COHERENCES)),
+        _text("admittance", "none", "aerodynamic admittance of the segments: " + ", ".join(ADMITTANCES)),
+        _text("decomposition", "full", "of the force: " + ", ".join(DECOMPOSITIONS)),
+        _text(
+            "segments",
+            "",
+            "JSON object of columns position (m), area (m2), shape_coefficient; empty: six segments, 3000 m2",
         ),
-        Variable(name="roughness", causality="parameter", unit="m", start=0.001, description="roughness length z0"),
-        Variable(
-            name="air_density",
-            causality="parameter",
-            unit="kg/m3",
-            start=DEFAULT_AIR_DENSITY,
-            description="density of the air",
-        ),
-        Variable(
-            name="coherence.lateral",
-            causality="parameter",
-            unit="1",
-            start=16.0,
-            description="Davenport's decay coefficient across the wind",
-        ),
-        Variable(
-            name="coherence.vertical",
-            causality="parameter",
-            unit="1",
-            start=10.0,
-            description="Davenport's decay coefficient in height",
-        ),
-        Variable(
-            name="sampling_step",
-            causality="parameter",
-            unit="s",
-            start=1.0,
-            description="time between samples of the gusts; the realization does not depend on the macro step",
-        ),
-        Variable(name="seed", causality="parameter", kind="Integer", start=1, description="realization"),
-        Variable(
-            name="spectrum",
-            causality="parameter",
-            kind="String",
-            start="kaimal",
-            description="spectrum of the gusts: kaimal, harris or api",
-        ),
-        Variable(
-            name="segments",
-            causality="parameter",
-            kind="String",
-            start="",
-            description="JSON object of columns position (m), area (m2), shape_coefficient; empty: six segments, "
-            "3000 m2",
+        _text(
+            "boxes",
+            "",
+            "JSON object of columns position, size (m), shape_coefficient: boxes whose projections are the segments",
         ),
     )
 
@@ -126,10 +146,11 @@ class TlpsimWind(Component):
         self.start(time + step)
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
-        """Window of samples and the index of its newest."""
+        """Recent samples and noises, and the index after them."""
         state = self.model.get_state()
-        return {"index": np.array(state.index), "samples": np.array(state.samples)}
+        return {"index": np.array(state.index), "samples": state.samples.copy(), "noises": state.noises.copy()}
 
     def restore(self, arrays: dict[str, NDArray[Any]]) -> None:
-        """Window of samples and the index of its newest."""
-        self.model.set_state(ProcessState(index=int(arrays["index"]), samples=arrays["samples"]))
+        """Recent samples and noises, and the index after them."""
+        index = int(arrays["index"])
+        self.model.set_state(ProcessState(index=index, samples=arrays["samples"], noises=arrays["noises"]))

@@ -19,8 +19,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.platform.body import SEA_WATER_DENSITY, STANDARD_GRAVITY, Body
+from tlpsim.loads.platform.body import Body
 from tlpsim.loads.platform.equilibrium import damping_from_ratios
 from tlpsim.loads.platform.motion import PlatformModel
 from tlpsim.loads.platform.tendons import Tendons

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from tlpsim.loads.errors import WiringError
-from tlpsim.loads.filters.interpolation import CAUSAL
+from tlpsim.loads.filters.interpolation import CAUSAL, SYMMETRIC
 from tlpsim.orchestrator.instance import Instance, Variable, nearest_match
 
 INPUTS_AT = ("end", "middle", "start")
@@ -59,7 +59,8 @@ class Connection:
     target, target_variable
         Component and input that it goes to.
     filter
-        ``hold``, ``linear``, ``cubic`` or ``quintic``: how values between samples are found.
+        How values between samples are found: ``hold``, ``linear``, ``cubic`` or ``quintic``, and outside
+        loops also ``six_point``, ``kaiser`` or ``optimal``, which have no causal form.
     extrapolation
         How values beyond the newest sample are found, which only happens in loops: ``hold``, ``linear`` or
         ``quadratic`` through the newest samples, or ``derivatives``: the derivatives up to second order
@@ -137,12 +138,23 @@ def _check_connection(connection: Connection, by_name: Mapping[str, Component]) 
     into = _variable(target, connection.target_variable, "input", where)
     if _unit(output.unit) and _unit(into.unit) and _unit(output.unit) != _unit(into.unit):
         raise WiringError(f"{where}: the output is in {output.unit} and the input in {into.unit}; connect like units")
-    if connection.filter not in CAUSAL:
-        raise WiringError(f"{where}: filter '{connection.filter}' is not one of {', '.join(CAUSAL)}")
+    if connection.filter not in SYMMETRIC:
+        raise WiringError(f"{where}: filter '{connection.filter}' is not one of {', '.join(SYMMETRIC)}")
     if connection.extrapolation not in EXTRAPOLATIONS:
         raise WiringError(
             f"{where}: extrapolation '{connection.extrapolation}' is not one of {', '.join(EXTRAPOLATIONS)}"
         )
+
+
+def _check_look_ahead(system: System) -> None:
+    """Refuse, inside a loop, filters that need samples from beyond the step."""
+    group_of = {system.components[index].name: k for k, group in enumerate(groups(system)) for index in group}
+    for connection in system.connections:
+        if connection.filter not in CAUSAL and group_of[connection.source] == group_of[connection.target]:
+            raise WiringError(
+                f"connection {connection}: filter '{connection.filter}' looks ahead, which cannot be done inside the "
+                f"loop of '{connection.source}' and '{connection.target}'; choose one of {', '.join(CAUSAL)}"
+            )
 
 
 def check(system: System) -> list[str]:
@@ -157,7 +169,7 @@ def check(system: System) -> list[str]:
     WiringError
         At the first fault: no components, a name used twice, a step that is not positive, an unknown
         component, variable, filter or extrapolation, a wrong causality or type, different units at the two
-        ends, or an input that is fed twice.
+        ends, an input that is fed twice, or a filter inside a loop that has no causal form.
     """
     if not system.components:
         raise WiringError("the system has no components; give at least one")
@@ -174,6 +186,7 @@ def check(system: System) -> list[str]:
         if end in fed:
             raise WiringError(f"connection {connection}: the input is already fed by {fed[end]}; remove one")
         fed[end] = connection
+    _check_look_ahead(system)
     return [
         f"input {component.name}.{variable.name} is not connected and keeps its start value"
         for component in system.components

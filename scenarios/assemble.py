@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from tlpsim.fmus.build import built_in
 from tlpsim.fmus.component import DEGREES_OF_FREEDOM
@@ -30,6 +31,10 @@ from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
 from tlpsim.scenarios.schema import BUILTIN, Scenario
 from tlpsim.scenarios.schema import Component as Entry
+
+if TYPE_CHECKING:
+    from tlpsim.loads.hydro.excitation import WaveLoads
+    from tlpsim.loads.wind.force import WindLoads
 
 Parameters = dict[str, Any]
 
@@ -59,8 +64,10 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
         for name, entry in scenario.components.items():
             instances[name] = FmuInstance(name, _path(entry))
         parameters = {name: _parameters(scenario, name, instances[name]) for name in instances}
+        # Wherever the platform starts: a poor fit of the gusts or of the elevation warns before the run.
+        wind, _ = wind_loads(scenario), wave_loads(scenario)
         if scenario.simulation.start == "equilibrium":
-            _start_in_equilibrium(scenario, parameters)
+            _start_in_equilibrium(scenario, parameters, wind)
         system = System(
             components=tuple(
                 Component(
@@ -112,27 +119,30 @@ def _connections(scenario: Scenario) -> tuple[Connection, ...]:
 
 def _wind(scenario: Scenario) -> Parameters:
     wind = scenario.wind
-    segments = ""
-    if wind.segments is not None:
-        from tlpsim.loads.wind.force import Segments
-
-        segments = record_to_json(
-            Segments(
-                position=np.array([segment.position for segment in wind.segments]),
-                area=np.array([segment.area for segment in wind.segments]),
-                shape_coefficient=np.array([segment.shape_coefficient for segment in wind.segments]),
-            )
-        )
     return {
         "mean_speed": wind.speed,
         "heading": math.radians(wind.heading_deg),
-        "spectrum": wind.spectrum,
+        "profile": wind.profile,
+        "profile_exponent": wind.profile_exponent,
         "roughness": wind.roughness,
         "air_density": scenario.site.air_density,
+        "spectrum": wind.spectrum,
+        **{f"coherence.{name}": value for name, value in wind.coherence},
+        "admittance": wind.admittance,
+        "decomposition": wind.decomposition,
         "sampling_step": wind.sampling_step,
+        **{f"orders.{name}": value for name, value in wind.orders},
         "seed": scenario.seeds()["wind"],
-        "segments": segments,
+        "segments": _columns(wind.segments),
+        "boxes": _columns(wind.boxes),
     }
+
+
+def _columns(rows: Sequence[BaseModel] | None) -> str:
+    """Rows of a table as an FMU takes them: a JSON object of columns; "" for no table."""
+    if not rows:
+        return ""
+    return json.dumps({name: [getattr(row, name) for row in rows] for name in type(rows[0]).model_fields})
 
 
 def _wave(scenario: Scenario) -> Parameters:
@@ -142,7 +152,13 @@ def _wave(scenario: Scenario) -> Parameters:
         "significant_height": waves.significant_height,
         "peak_period": waves.peak_period,
         "peak_enhancement": waves.peak_enhancement,
+        "spectrum_table": waves.table.model_dump_json() if waves.table is not None else "",
         "heading": math.radians(waves.heading_deg),
+        "directions": waves.directions,
+        "spreading_exponent": waves.spreading_exponent,
+        "generator": waves.generator,
+        "sampling_step": waves.sampling_step,
+        **{f"orders.{name}": order for name, order in waves.orders},
         "frequency_min": waves.frequency_min,
         "frequency_max": waves.frequency_max,
         "components": waves.components,
@@ -189,6 +205,56 @@ def _parameters(scenario: Scenario, name: str, instance: FmuInstance) -> Paramet
     return standard | {entry.own_name(key): value for key, value in entry.parameters.items()}
 
 
+def _values(component: type[Fmi], parameters: Parameters) -> Callable[[str], Any]:
+    """Parameter values of a built-in component by name, with its own defaults."""
+    defaults = {variable.name: variable.start for variable in component.table}
+    return (defaults | parameters).__getitem__
+
+
+def wind_loads(scenario: Scenario) -> WindLoads | None:
+    """The loads that the built-in wind FMU will make; None where the wind is another FMU or none.
+
+    Raises
+    ------
+    ScenarioError, SolverError
+        When a parameter is out of range, or the digital filter of the gusts cannot be fitted.
+
+    Warns
+    -----
+    FilterFitWarning
+        When that filter fits poorly.
+    """
+    if not _is_builtin(scenario, "wind"):
+        return None
+    from tlpsim.fmus.wind_fmu import TlpsimWind, wind_model
+
+    entry = scenario.components["wind"]
+    with _blamed_on("wind"):
+        return wind_model(_values(TlpsimWind, _standard(scenario, "wind") | entry.parameters))
+
+
+def wave_loads(scenario: Scenario) -> WaveLoads | None:
+    """The loads that the built-in wave FMU will make; None where the waves are another FMU or none.
+
+    Raises
+    ------
+    ScenarioError, SolverError
+        When a parameter is out of range, or the digital filter of the elevation cannot be fitted.
+
+    Warns
+    -----
+    FilterFitWarning
+        When that filter fits poorly.
+    """
+    if not _is_builtin(scenario, "wave"):
+        return None
+    from tlpsim.fmus.wave_fmu import TlpsimWave, wave_model
+
+    entry = scenario.components["wave"]
+    with _blamed_on("wave"):
+        return wave_model(_values(TlpsimWave, _standard(scenario, "wave") | entry.parameters))
+
+
 def _left_out(scenario: Scenario, name: str, instance: FmuInstance) -> Iterator[str]:
     missing = [key for key in _standard(scenario, name) if key not in instance.variables]
     if missing:
@@ -198,7 +264,7 @@ def _left_out(scenario: Scenario, name: str, instance: FmuInstance) -> Iterator[
 # Start in equilibrium
 
 
-def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters]) -> None:
+def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters], wind: WindLoads | None) -> None:
     """Give the platform the position in which mean wind, current and tethers balance.
 
     Only built-in components are looked into; where the platform is another FMU, it starts as it will.
@@ -209,22 +275,16 @@ def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameter
         return
     from tlpsim.fmus.platform_fmu import TlpsimPlatform, platform_model
     from tlpsim.fmus.wave_fmu import TlpsimWave, current_force
-    from tlpsim.fmus.wind_fmu import TlpsimWind, wind_model
     from tlpsim.loads.platform.equilibrium import static_equilibrium
 
-    def given(name: str, component: type[Fmi]) -> Callable[[str], Any]:
-        defaults = {variable.name: variable.start for variable in component.table}
-        return (defaults | parameters[name]).__getitem__
-
     force: NDArray[np.float64] = np.zeros(6)
-    if _is_builtin(scenario, "wind"):
-        with _blamed_on("wind"):
-            force += wind_model(given("wind", TlpsimWind)).mean_force()
+    if wind is not None:
+        force += wind.mean_force()
     if _is_builtin(scenario, "wave"):
         with _blamed_on("wave"):
-            force += current_force(given("wave", TlpsimWave))
+            force += current_force(_values(TlpsimWave, parameters["wave"]))
     with _blamed_on("platform"):
-        model = platform_model(given("platform", TlpsimPlatform))
+        model = platform_model(_values(TlpsimPlatform, parameters["platform"]))
     try:
         position = static_equilibrium(model, force)
     except SolverError as error:

@@ -1,4 +1,4 @@
-"""The command `tlpsim`: build, run, check, info.
+"""The command `tlpsim`: build, run, check, info, figures.
 
 Heavy imports stand inside the commands, so that `tlpsim --help` answers at once.
 """
@@ -6,12 +6,14 @@ Heavy imports stand inside the commands, so that `tlpsim --help` answers at once
 from __future__ import annotations
 
 import sys
+import warnings
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tlpsim.loads.errors import TlpsimError
+from tlpsim.loads.errors import ScenarioError, TlpsimError
 
 if TYPE_CHECKING:
     from tlpsim.scenarios.schema import Scenario
@@ -94,6 +96,30 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu or a
         print_results(open_results(file))
 
 
+class FigureSet(StrEnum):
+    """What `tlpsim figures` can draw."""
+
+    PROCESSES = "processes"
+
+
+@app.command()
+def figures(
+    which: Annotated[FigureSet, typer.Argument(metavar="WHICH", help="processes: spectra of wind and waves.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the PNG files.")],
+    scenario: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Scenario whose wind and waves are drawn.")
+    ] = None,
+    settings: Settings = None,
+) -> None:
+    """Draw target, fitted and simulated spectra of the digital filters that make wind and waves."""
+    from tlpsim.scenarios.figures import draw_processes
+
+    if settings and scenario is None:
+        raise ScenarioError("--set changes a scenario: name its file with --scenario")
+    for path in draw_processes(output, _load(scenario, None, None, settings) if scenario else None):
+        typer.echo(path)
+
+
 def _load(path: Path, duration: str | None, seed: int | None, settings: list[str] | None) -> Scenario:
     from tlpsim.scenarios.schema import Scenario
 
@@ -105,8 +131,13 @@ def _load(path: Path, duration: str | None, seed: int | None, settings: list[str
     return Scenario.load(path, overrides)
 
 
+def _show_warning(message: Warning | str, *origin: object, **_: object) -> None:
+    typer.echo(f"tlpsim: warning: {message}", err=True)
+
+
 def main() -> None:
-    """Entry point: an error that tlpsim raised on purpose is one line and exit code 2."""
+    """Entry point: a warning is one line, and so is an error that tlpsim raised on purpose, with exit code 2."""
+    warnings.showwarning = _show_warning
     try:
         app()
     except TlpsimError as error:

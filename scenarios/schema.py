@@ -23,6 +23,7 @@ from pydantic import (
     ConfigDict,
     Field,
     StrictBool,
+    StrictFloat,
     StrictInt,
     StrictStr,
     ValidationError,
@@ -30,12 +31,14 @@ from pydantic import (
     model_validator,
 )
 
+from tlpsim.loads.errors import ScenarioError
 from tlpsim.scenarios.problems import Location, Source, nearest, problem, scenario_error
 from tlpsim.scenarios.quantities import (
     Acceleration,
     Area,
     Density,
     Duration,
+    Frequency,
     Heading,
     Length,
     PositiveDuration,
@@ -53,7 +56,7 @@ LARGEST_SEED = 2**31 - 1  # an FMI Integer is a signed 32-bit number
 # Depth of the deepest part of each hull below the mean water level, m.
 DRAFT = {"issc_tlp": 35.0}
 
-Filter = Literal["hold", "linear", "cubic", "quintic"]
+Filter = Literal["hold", "linear", "cubic", "quintic", "six_point", "kaiser", "optimal"]
 Extrapolation = Literal["hold", "linear", "quadratic", "derivatives"]
 Seed = Annotated[StrictInt, Field(ge=0, le=LARGEST_SEED)]
 
@@ -115,34 +118,125 @@ class Segment(Section):
     shape_coefficient: Annotated[Ratio, Field(gt=0)]
 
 
+class Box(Section):
+    """An upright box that stands in the wind: its centre relative to the reference point, and length, width, height."""
+
+    position: tuple[Length, Length, Length]
+    size: tuple[PositiveLength, PositiveLength, PositiveLength]
+    shape_coefficient: Annotated[Ratio, Field(gt=0)]
+
+    @model_validator(mode="after")
+    def _above_water(self) -> Self:
+        if self.position[2] - 0.5 * self.size[2] < -1e-9:
+            text = "must be at least half the height, so that the box does not reach below the water"
+            raise problem(("position", 2), self.position[2], text)
+        return self
+
+
+DecayCoefficient = Annotated[Ratio, Field(ge=0)]
+
+
+class WindCoherence(Section):
+    """Coherence of the gusts; the decay coefficients are those of Davenport's model."""
+
+    model: Literal["davenport", "npd"] = "davenport"
+    lateral: DecayCoefficient = 16.0
+    vertical: DecayCoefficient = 10.0
+    longitudinal: DecayCoefficient = 0.0
+
+
+class WindOrders(Section):
+    """Orders of the digital filter that makes the gusts: long autoregression, then ARMA."""
+
+    long: Annotated[StrictInt, Field(ge=1, le=1000)] = 25
+    autoregressive: Annotated[StrictInt, Field(ge=1)] = 3
+    moving_average: Annotated[StrictInt, Field(ge=0)] = 3
+
+    @model_validator(mode="after")
+    def _no_longer_than_the_long_one(self) -> Self:
+        for name in ("autoregressive", "moving_average"):
+            if getattr(self, name) > self.long:
+                raise problem((name,), getattr(self, name), f"must be at most the order of the long one, {self.long}")
+        return self
+
+
 class Wind(Section):
     """Wind: mean speed 10 m above the water and turbulence."""
 
-    speed: Annotated[Speed, Field(gt=0)] = 26.9
+    speed: Annotated[Speed, Field(ge=0)] = 26.9
     heading_deg: Heading = 34.5
-    spectrum: Literal["kaimal", "harris", "api"] = "kaimal"
+    profile: Literal["logarithmic", "power", "api", "iso"] = "logarithmic"
+    profile_exponent: Annotated[Ratio, Field(gt=0)] = 0.12
     # The logarithmic profile is anchored 10 m above the water and needs a roughness far below that.
     roughness: Annotated[Length, Field(gt=0, lt=10)] = 0.001
+    spectrum: Literal["kaimal", "kareem", "davenport", "harris", "ochi_shin", "simiu_leigh", "api", "npd"] = "kaimal"
+    coherence: WindCoherence = WindCoherence()
+    admittance: Literal["none", "davenport"] = "none"
+    decomposition: Literal["full", "expanded", "linear"] = "full"
     sampling_step: PositiveDuration = 1.0
+    orders: WindOrders = WindOrders()
     seed: Seed | None = None
     segments: tuple[Segment, ...] | None = None
+    boxes: tuple[Box, ...] | None = None
 
-    @field_validator("segments")
+    @field_validator("segments", "boxes")
     @classmethod
-    def _not_empty(cls, value: tuple[Segment, ...] | None) -> tuple[Segment, ...] | None:
+    def _not_empty(cls, value: tuple[Section, ...] | None) -> tuple[Section, ...] | None:
         if value == ():
             raise ValueError("must have 1 or more entries; without the key the default segments are taken")
         return value
 
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if self.segments is not None and self.boxes is not None:
+            raise problem(("boxes",), len(self.boxes), "cannot stand beside segments: give one of them")
+        return self
+
+
+class WaveTable(Section):
+    """A wave spectrum by points, linear in between and zero outside."""
+
+    frequency: tuple[Frequency, ...]
+    density: tuple[StrictFloat, ...]
+
+    @model_validator(mode="after")
+    def _is_a_spectrum(self) -> Self:
+        from tlpsim.loads.waves.spectra import SpectrumTable
+
+        try:
+            SpectrumTable(frequency=np.array(self.frequency), density=np.array(self.density))
+        except ScenarioError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    @property
+    def peak_frequency(self) -> float:
+        """Frequency of the largest density, Hz."""
+        return self.frequency[int(np.argmax(self.density))]
+
+
+class WaveOrders(WindOrders):
+    """Orders of the digital filter that makes the elevation."""
+
+    long: Annotated[StrictInt, Field(ge=1, le=1000)] = 59
+    autoregressive: Annotated[StrictInt, Field(ge=1)] = 8
+    moving_average: Annotated[StrictInt, Field(ge=0)] = 7
+
 
 class Waves(Section):
-    """Waves: long-crested irregular sea."""
+    """Waves: irregular sea of one or more directions."""
 
-    spectrum: Literal["jonswap", "pierson_moskowitz"] = "pierson_moskowitz"
-    significant_height: PositiveLength = 7.08
+    spectrum: Literal["jonswap", "pierson_moskowitz", "torsethaugen"] = "pierson_moskowitz"
+    significant_height: Annotated[Length, Field(ge=0)] = 7.08
     peak_period: PositiveDuration = 14.52
     peak_enhancement: Annotated[Ratio, Field(ge=1)] = 3.3
+    table: WaveTable | None = None
     heading_deg: Heading = 21.6
+    directions: Annotated[StrictInt, Field(ge=1, le=32)] = 1
+    spreading_exponent: Annotated[Ratio, Field(gt=0)] = 10.0
+    generator: Literal["arma", "harmonic"] = "arma"
+    sampling_step: PositiveDuration = 0.5
+    orders: WaveOrders = WaveOrders()
     seed: Seed | None = None
     frequency_min: PositiveFrequency = 0.02
     frequency_max: PositiveFrequency = 0.35
@@ -151,15 +245,21 @@ class Waves(Section):
 
     @model_validator(mode="after")
     def _band_holds_the_peak(self) -> Self:
-        peak = 1.0 / self.peak_period
+        peak = 1.0 / self.peak_period if self.table is None else self.table.peak_frequency
         if self.frequency_min >= self.frequency_max:
             text = f"must be greater than frequency_min, {self.frequency_min:g} Hz"
             raise problem(("frequency_max",), self.frequency_max, text)
-        text = f"leaves out the peak of the spectrum at {peak:.4g} Hz, 1/peak_period: widen the band"
+        what = "1/peak_period" if self.table is None else "of the table"
+        text = f"leaves out the peak of the spectrum at {peak:.4g} Hz, {what}: widen the band"
         if peak <= self.frequency_min:
             raise problem(("frequency_min",), self.frequency_min, text)
         if peak >= self.frequency_max:
             raise problem(("frequency_max",), self.frequency_max, text)
+        # The band of the filters ends a tenth above, and must lie below the Nyquist frequency of their step.
+        longest = 0.5 / (1.1 * self.frequency_max)
+        if self.generator == "arma" and self.sampling_step >= longest:
+            text = f"must be less than {longest:.4g} s for waves up to frequency_max, {self.frequency_max:g} Hz"
+            raise problem(("sampling_step",), self.sampling_step, text)
         return self
 
 
@@ -410,8 +510,13 @@ SECTIONS: dict[Location, type[BaseModel]] = {
     ("site",): Site,
     ("platform",): Platform,
     ("wind",): Wind,
+    ("wind", "coherence"): WindCoherence,
+    ("wind", "orders"): WindOrders,
     ("wind", "segments", "*"): Segment,
+    ("wind", "boxes", "*"): Box,
     ("waves",): Waves,
+    ("waves", "table"): WaveTable,
+    ("waves", "orders"): WaveOrders,
     ("current",): Current,
     ("coupling",): Coupling,
     ("components", "*"): Component,

@@ -1,300 +1,445 @@
-"""Autoregressive models of stationary vector processes, fitted to a spectrum and sampled as a stream.
+"""Fit of a vector ARMA model to given spectra: two-stage matching, polish, fallback, certificate.
 
-    R_k = E[y_n y_{n-k}^T] = int_0^{fN} Re{S(f) exp(i 2 pi f k dt)} df,   fN = 1 / (2 dt)            (1)
-    y_n = sum_{k=1..P} Phi_k y_{n-k} + B w_n,   w_n ~ N(0, I)                                        (2)
-    S(f) = 2 dt H(f) B B^T H(f)^H,   H(f) = (I - sum_k Phi_k exp(-i 2 pi f k dt))^-1                 (3)
+The long autoregression and the matched ARMA model are in `matching`, the record and its theory in `model`, the scalar
+refinement in `polish`, the figures in `certificate`, the stream of samples in `process`. Here they are put together:
 
-The spectrum is cut at the Nyquist frequency fN rather than folded about it: the model is right in its band,
-and the variance above is missing. The fit is the block Levinson recursion of Whittle (Biometrika 50, 1963),
-stable by construction when the block Toeplitz matrix of R is positive definite. A sample stream starts in the
-stationary state exactly, and its noise comes from a counter-based generator, so that the sample of any index
-is a function of the seed and the index alone. This is the first stage of the two-stage matching of Li and
-Kareem (1990); its AR(25) is used as it stands.
+1.  The spectrum is checked (Hermitian, positive semi-definite, finite, its peak below the Nyquist frequency), and its
+    correlations are computed.
+2.  Components that are combinations of others (coincident points, coherence one) are left out: with R_0 scaled to a
+    unit diagonal, the eigenvectors of vanishing eigenvalues carry no motion at any frequency. The model is fitted to
+    the others and mapped back. Where round-off still makes the correlations indefinite, white noise of 1e-12 to 1e-6
+    of the variance is added (ridge).
+3.  AR(P), then ARMA(p, q): matched at as many lags as there are unknowns, and by least squares at more, up to P. Of
+    those that are stable the one is taken that meets the spectra best. If none is stable, both orders fall by one until
+    one is; at last AR(P) itself is taken, which is stable by construction.
+4.  The variance is restored exactly, and the certificate made. If it is not good, a warning says by how much, and which
+    orders would do.
 """
 
+import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import ScenarioError, SolverError
+from tlpsim.loads.filters.certificate import DEFAULT_LIMITS, Certificate, FilterFitWarning, Limits, model_errors
+from tlpsim.loads.filters.matching import autoregressive_fit, matched_arma, with_variance
+from tlpsim.loads.filters.model import ArmaModel, covariance, require_stable, spectrum, transformed
+from tlpsim.loads.filters.polish import polished
+
+__all__ = [
+    "ArmaModel",
+    "Certificate",
+    "FilterFitWarning",
+    "Fit",
+    "Limits",
+    "Orders",
+    "covariance",
+    "fit",
+    "recommended_orders",
+    "spectrum",
+]
 
 FloatArray = NDArray[np.float64]
 Array = NDArray[np.float64] | NDArray[np.complex128]
+Spectrum = Callable[[FloatArray], Array]
 
-_NOISE_BLOCK = 256
-_START_BLOCK = 0  # the block of noise that the stationary start uses up; samples follow from block 1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AutoregressiveModel:
-    """Coefficients of eq. (2).
-
-    Parameters
-    ----------
-    coefficients
-        Phi_1 ... Phi_P, shape (P, m, m).
-    innovation_factor
-        B, lower triangular, shape (m, m).
-    """
-
-    coefficients: FloatArray
-    innovation_factor: FloatArray
+_INTERVALS = 2**14  # of the frequency between zero and Nyquist
+_CHECKS = 256  # frequencies at which the spectral matrix is checked
+_BAND = (0.004, 0.8)  # default band of the certificate, over the Nyquist frequency ...
+_VOID_BAND = (0.004, 1.0)  # ... and where a white floor or a polish takes care of voids
+_BAND_POINTS = 1000
+_VOID_LEVEL = 0.01  # where a white floor is used, the certificate leaves out what is below this part of the peak
+_TAIL_DECADES = 3
+_RANK_TOLERANCE = 1e-10
+_RIDGES = (0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)
+_INDEFINITE = 1e-6
+_CONDITION_ROWS = 200
+_LAG_PARTS = (8, 4, 2, 1)  # a match by least squares asks for the lags up to P over one of these
+_COMPARED = ("auto_error_max", "auto_error_rms", "cross_error_max", "coherence_error_max")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ProcessState:
-    """Snapshot of a sample stream: index of the newest sample and the retained ones, oldest first (L, m)."""
+class Orders:
+    """Orders P of the long autoregression, p and q of the ARMA model.
 
-    index: int
-    samples: FloatArray
-
-
-def random_generator(seed: int, stream: int, block: int = 0) -> np.random.Generator:
-    """Counter-based generator (Philox) whose numbers depend on its three arguments alone.
-
-    Parameters
-    ----------
-    seed, stream
-        The key: the user's seed, and a number that keeps independent processes of one run apart.
-    block
-        Upper word of the counter; blocks never overlap.
+    With `autoregressive` equal to `long` and `moving_average` zero the model is the long autoregression.
 
     Raises
     ------
     ScenarioError
-        If seed, stream or block is negative or takes more than 64 bits.
+        Unless 1 <= p <= P and 0 <= q <= P.
     """
-    for name, value in (("seed", seed), ("stream", stream), ("block", block)):
-        if not 0 <= value < 2**64:
-            raise ScenarioError(f"random {name} is {value}; it must be a whole number from 0 to 2^64 - 1")
-    key = np.array([seed, stream], dtype=np.uint64)
-    counter = np.array([0, 0, block, 0], dtype=np.uint64)
-    return np.random.Generator(np.random.Philox(key=key, counter=counter))
+
+    long: int = 25
+    autoregressive: int = 3
+    moving_average: int = 3
+
+    def __post_init__(self) -> None:
+        if not (1 <= self.autoregressive <= self.long and 0 <= self.moving_average <= self.long < _INTERVALS):
+            raise ScenarioError(
+                f"orders of a random process are {self}; the autoregressive order must be from 1 to the long one, the "
+                f"moving-average order from 0 to the long one, and the long one below {_INTERVALS}"
+            )
+
+    def __str__(self) -> str:
+        if (self.autoregressive, self.moving_average) == (self.long, 0):
+            return f"AR({self.long})"
+        return f"AR({self.long}) -> ARMA({self.autoregressive}, {self.moving_average})"
 
 
-def noise_block(seed: int, stream: int, block: int, rows: int, columns: int) -> FloatArray:
-    """Independent standard normal numbers, shape (rows, columns), a function of the arguments alone."""
-    return random_generator(seed, stream, block).standard_normal((rows, columns))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """A fitted model and what it is worth."""
+
+    model: ArmaModel
+    certificate: Certificate
 
 
-def correlation_from_spectrum(
-    spectrum: Callable[[FloatArray], Array], step: float, lags: int, intervals: int = 2**16
-) -> FloatArray:
-    """Correlation matrices of the process sampled at `step`, eq. (1), by trapezoids.
+LADDER = (
+    Orders(long=25, autoregressive=3, moving_average=3),
+    Orders(long=50, autoregressive=5, moving_average=5),
+    Orders(long=100, autoregressive=6, moving_average=6),
+    Orders(long=100, autoregressive=8, moving_average=8),
+    Orders(long=200, autoregressive=8, moving_average=8),
+    Orders(long=200, autoregressive=12, moving_average=12),
+)
+"""Orders that `recommended_orders` tries for several components, the cheapest first."""
+
+POLISHED_LADDER = tuple(Orders(long=59, autoregressive=p, moving_average=p - 1) for p in (4, 6, 8, 10, 12, 16))
+"""The same for a polished model of one component."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Target:
+    """What is asked of a model: checked spectra in the band of the certificate, and correlations at all lags."""
+
+    step: float
+    correlation: FloatArray  # of the target and its white floor, (lags + 1, m, m)
+    variance: FloatArray  # (m, m), without the floor
+    variance_lost: float
+    frequency: FloatArray
+    density: Array
+    level: float
+    white_floor: float
+    sample: Callable[[FloatArray], FloatArray]  # auto-spectrum of the first component
+
+
+def _matrices(spectrum: Spectrum, frequency: FloatArray) -> Array:
+    """Spectral matrices (nf, m, m), checked to be finite and Hermitian with positive diagonals."""
+    density = np.asarray(spectrum(frequency))
+    if density.ndim == 1:
+        density = density[:, None, None]
+    if density.ndim != 3 or density.shape != (len(frequency), density.shape[1], density.shape[1]):
+        raise ScenarioError(
+            f"spectrum of a random process has shape {density.shape} at {len(frequency)} frequencies; it must be "
+            "(nf,) or (nf, m, m)"
+        )
+    if not np.all(np.isfinite(density)):
+        place = frequency[np.flatnonzero(~np.all(np.isfinite(density), axis=(1, 2)))[0]]
+        raise ScenarioError(f"spectrum of a random process is not finite at {place:.6g} Hz; it must be, from 0 Hz on")
+    auto = np.real(np.einsum("fii->fi", density))
+    if np.any(auto < 0.0):
+        row, component = np.argwhere(auto < 0.0)[0]
+        raise ScenarioError(
+            f"spectrum of a random process is {auto[row, component]:.6g} at {frequency[row]:.6g} Hz (component "
+            f"{component}); it must be >= 0"
+        )
+    skew = np.max(np.abs(density - np.conj(np.swapaxes(density, 1, 2))))
+    if skew > 1e-9 * np.max(auto):
+        raise ScenarioError(f"spectrum of a random process is not Hermitian: it differs by {skew:.3g} from its adjoint")
+    return density
+
+
+def _check_definite(density: Array, frequency: FloatArray) -> None:
+    auto = np.real(np.einsum("fii->fi", density))
+    scale = np.sqrt(np.where(auto > 0.0, auto, 1.0))
+    values = np.linalg.eigvalsh(density / scale[:, :, None] / scale[:, None, :])[:, 0]
+    worst = int(np.argmin(values))
+    if values[worst] < -_INDEFINITE:
+        raise ScenarioError(
+            f"spectrum of a random process has no process at {frequency[worst]:.6g} Hz: its coherence matrix has the "
+            f"eigenvalue {values[worst]:.3g}, which must be >= {-_INDEFINITE:g}"
+        )
+
+
+def _target(
+    spectrum: Spectrum, step: float, lags: int, white_floor: float, voids: bool, band: tuple[float, float] | None
+) -> _Target:
+    if not (np.isfinite(step) and step > 0.0):
+        raise ScenarioError(f"sampling step of a random process is {step} s; it must be finite and > 0")
+    if not 0.0 <= white_floor < 1.0:
+        raise ScenarioError(f"white floor of a random process is {white_floor}; it must be from 0 to 1")
+    nyquist = 0.5 / step
+    frequency = np.linspace(0.0, nyquist, _INTERVALS + 1)
+    density = _matrices(spectrum, frequency)
+    checked = slice(0, None, _INTERVALS // _CHECKS)
+    _check_definite(density[checked], frequency[checked])
+    auto = np.real(np.einsum("fii->fi", density))
+    # irfft is 2 / n times the trapezoidal sum; with n = 2 intervals and df = fN / intervals the integral is
+    # fN times the transform.
+    correlation: FloatArray = nyquist * np.fft.irfft(density, axis=0)[: lags + 1]
+    variance = correlation[0].copy()
+    if not np.all(np.diagonal(variance) > 0.0):
+        component = int(np.argmin(np.diagonal(variance)))
+        raise ScenarioError(
+            f"spectrum of a random process has no variance below the Nyquist frequency {nyquist:.6g} Hz (component "
+            f"{component}); leave out what does not move"
+        )
+    beyond = nyquist * np.logspace(0.0, _TAIL_DECADES, 100 * _TAIL_DECADES + 1)
+    tail = np.real(np.einsum("fii->fi", _matrices(spectrum, beyond)))
+    for component in range(auto.shape[1]):
+        if np.max(tail[:, component]) > np.max(auto[:, component]):
+            peak = float(beyond[np.argmax(tail[:, component])])
+            raise ScenarioError(
+                f"sampling step of a random process is {step} s, with the Nyquist frequency {nyquist:.6g} Hz below the "
+                f"spectrum's peak at {peak:.6g} Hz; it must be below {0.5 / peak:.3g} s, better {0.15 / peak:.3g} s"
+            )
+    lost = np.trapezoid(tail * beyond[:, None], np.log(beyond), axis=0)
+    floor = white_floor * np.max(auto, axis=0)
+    correlation[0] += nyquist * np.diag(floor)
+    lowest, highest = _VOID_BAND if voids else _BAND
+    low, high = band if band is not None else (lowest * nyquist, highest * nyquist)
+    if not 0.0 < low < high <= nyquist:
+        raise ScenarioError(
+            f"band of the certificate is {low} to {high} Hz; it must lie between zero and the Nyquist frequency "
+            f"{nyquist:.6g} Hz"
+        )
+    compared = np.geomspace(low, high, _BAND_POINTS)
+    return _Target(
+        step=step,
+        correlation=correlation,
+        variance=variance,
+        variance_lost=float(np.max(lost / (lost + np.diagonal(variance)))),
+        frequency=compared,
+        density=_matrices(spectrum, compared),
+        level=_VOID_LEVEL if voids else 0.0,
+        white_floor=white_floor,
+        sample=lambda at: np.real(_matrices(spectrum, at)[:, 0, 0]),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Autoregression:
+    """AR(P) of components z = right y that are uncorrelated and of unit variance at lag zero; y = left z."""
+
+    left: FloatArray
+    right: FloatArray
+    correlation: FloatArray
+    model: ArmaModel
+    ridge: float
+    condition_number: float
+
+
+def _condition(correlation: FloatArray) -> float:
+    size = correlation.shape[1]
+    blocks = max(1, min(len(correlation) - 1, _CONDITION_ROWS // size))
+    scale = np.sqrt(np.diagonal(correlation[0]))
+    scaled = correlation / scale[:, None] / scale[None, :]
+    matrix = np.block([[scaled[i - j] if i >= j else scaled[j - i].T for j in range(blocks)] for i in range(blocks)])
+    values = np.linalg.eigvalsh(matrix)
+    return float(values[-1] / values[0]) if values[0] > 0.0 else float("inf")
+
+
+def _long_autoregression(correlation: FloatArray, step: float) -> tuple[ArmaModel, FloatArray, float]:
+    """AR(P), the correlations that it has, and the ridge over the variance that they needed."""
+    scale = np.trace(correlation[0]) / correlation.shape[1]
+    for ridge in _RIDGES:
+        lifted = correlation.copy()
+        lifted[0] += ridge * scale * np.eye(correlation.shape[1])
+        try:
+            model = autoregressive_fit(lifted, step)
+            require_stable(model)
+        except SolverError as error:
+            failure = error
+        else:
+            return model, lifted, ridge
+    raise SolverError(f"{failure} (tried with ridges of up to {_RIDGES[-1]:g} of the variance)")
+
+
+def _candidates(orders: Orders) -> Iterator[Orders]:
+    """Orders in the order of preference: as asked, then both lower by one, at last the long autoregression."""
+    p, q = orders.autoregressive, orders.moving_average
+    while p >= 1:
+        yield Orders(long=orders.long, autoregressive=p, moving_average=q)
+        p, q = p - 1, max(q - 1, 0)
+    yield Orders(long=orders.long, autoregressive=orders.long, moving_average=0)
+
+
+def _matches(target: _Target, long: _Autoregression, orders: Orders, polish: bool) -> Iterator[ArmaModel]:
+    """Models of the independent components: of as many equations as unknowns, and of more."""
+    p, q = orders.autoregressive, orders.moving_average
+    if (p, q) == (orders.long, 0):
+        yield long.model
+        return
+    model = matched_arma(long.model, long.correlation, p, q, lags=p)
+    yield polished(model, target.sample, orders.long) if polish else model
+    if not polish:
+        for lags in sorted({max(p, orders.long // part) for part in _LAG_PARTS} - {p}):
+            yield matched_arma(long.model, long.correlation, p, q, lags)
+
+
+def _best_match(
+    target: _Target, long: _Autoregression, orders: Orders, polish: bool, limits: Limits
+) -> tuple[ArmaModel, dict[str, float]]:
+    """The model whose worst figure is the least, each over its limit; SolverError if there is none that is stable."""
+    found, failures = [], []
+    for match in _matches(target, long, orders, polish):
+        try:
+            restored = with_variance(match, long.right @ target.variance @ long.right.T)
+            model = transformed(restored, long.left, long.right)
+            errors = model_errors(model, target.density, target.frequency, np.diagonal(target.variance), target.level)
+        except SolverError as error:
+            failures.append(error)
+        else:
+            found.append((model, errors))
+    if not found:
+        raise failures[0]
+    return min(found, key=lambda pair: max(pair[1][name] / getattr(limits, name) for name in _COMPARED))
+
+
+def _autoregression(target: _Target, long: int) -> _Autoregression:
+    correlation = target.correlation[: long + 1]
+    scale = np.sqrt(np.diagonal(correlation[0]))
+    values, vectors = np.linalg.eigh(correlation[0] / scale[:, None] / scale[None, :])
+    moving = values > _RANK_TOLERANCE * values[-1]
+    kept, deviation = vectors[:, moving], np.sqrt(values[moving])
+    left = scale[:, None] * kept * deviation
+    right = (kept / scale[:, None]).T / deviation[:, None]
+    model, reduced, ridge = _long_autoregression(right @ correlation @ right.T, target.step)
+    return _Autoregression(
+        left=left,
+        right=right,
+        correlation=reduced,
+        model=model,
+        ridge=ridge,
+        condition_number=_condition(reduced),
+    )
+
+
+def _fit(target: _Target, long: _Autoregression, orders: Orders, polish: bool, limits: Limits) -> Fit:
+    fallback = ""
+    for used in _candidates(orders):
+        try:
+            model, errors = _best_match(target, long, used, polish, limits)
+        except SolverError as error:
+            fallback = fallback or f"{used}: {error}"
+        else:
+            break
+    else:
+        raise SolverError(f"ARMA fit: no model of the orders {orders} or lower ones can be used; {fallback}")
+    certificate = Certificate(
+        band=(float(target.frequency[0]), float(target.frequency[-1])),
+        level=target.level,
+        variance_lost=target.variance_lost,
+        condition_number=long.condition_number,
+        orders_asked=str(orders),
+        orders_used=str(used),
+        fallback=fallback,
+        rank=len(long.right),
+        white_floor=target.white_floor,
+        ridge=long.ridge,
+        limits=limits,
+        **errors,
+    )
+    return Fit(model=model, certificate=certificate)
+
+
+def fit(
+    spectrum: Spectrum,
+    step: float,
+    *,
+    orders: Orders = Orders(),
+    white_floor: float = 0.0,
+    polish: bool = False,
+    band: tuple[float, float] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Fit:
+    """ARMA model of a process with given spectra, sampled at `step`, and its certificate.
 
     Parameters
     ----------
     spectrum
-        Function of frequency (nf,) in Hz that returns one-sided cross-spectra, shape (nf, m, m), unit²/Hz;
-        Hermitian, finite at zero frequency.
+        Function of frequency (nf,) in Hz, from 0 on, that returns one-sided spectra in unit²/Hz: cross-spectra of shape
+        (nf, m, m), or one auto-spectrum of shape (nf,).
     step
-        Sampling step in s.
-    lags
-        Largest lag P.
-    intervals
-        Number of frequency intervals between zero and the Nyquist frequency.
-
-    Returns
-    -------
-    R_0 ... R_P, shape (P + 1, m, m), unit².
+        Sampling step in s. What the spectrum holds above the Nyquist frequency 1 / (2 step) is left out.
+    orders
+        P, p and q.
+    white_floor
+        White noise added to the target before the match, over the peak of the spectrum: needed where the spectrum has
+        voids, as that of waves below its peak. 1e-4 is usual.
+    polish
+        Refine the model of one component by least squares on its spectrum; stable and minimum-phase by construction.
+    band
+        Lowest and highest frequency in Hz of the comparison in the certificate; by default 0.4 % to 80 % of the Nyquist
+        frequency. With a white floor or a polish it counts only where the spectrum is above 1 % of its peak.
+    limits
+        What the certificate holds to be good enough.
 
     Raises
     ------
     ScenarioError
-        If the step or the number of lags is not positive, or the spectrum is not finite.
+        If the spectrum or a parameter is bad: not finite, negative, no process, without variance, with its peak above
+        the Nyquist frequency.
+    SolverError
+        If no model can be fitted.
+
+    Warns
+    -----
+    FilterFitWarning
+        If the certificate is not to be trusted; says the figure, its limit and the orders that would do.
     """
-    if not (np.isfinite(step) and step > 0.0):
-        raise ScenarioError(f"sampling step of a random process is {step} s; it must be finite and > 0")
-    if not 0 < lags < intervals:
-        raise ScenarioError(f"order of an autoregressive model is {lags}; it must be from 1 to {intervals - 1}")
-    density = spectrum(np.linspace(0.0, 0.5 / step, intervals + 1))
-    if not np.all(np.isfinite(density)):
-        raise ScenarioError("spectrum of a random process is not finite between zero and the Nyquist frequency")
-    # irfft is 2 / n times the trapezoidal sum; with n = 2 intervals and df = fN / intervals the integral is
-    # fN times the transform.
-    transform: FloatArray = np.fft.irfft(density, axis=0)[: lags + 1]
-    return transform * (0.5 / step)
+    target = _target(spectrum, step, orders.long, white_floor, white_floor > 0.0 or polish, band)
+    if polish and len(target.variance) > 1:
+        raise ScenarioError(f"ARMA fit: the polish is for one component, not for {len(target.variance)}")
+    result = _fit(target, _autoregression(target, orders.long), orders, polish, limits)
+    if result.certificate.trusted:
+        return result
+    better = recommended_orders(spectrum, step, white_floor=white_floor, polish=polish, band=band, limits=limits)
+    certificate = replace(result.certificate, advice=_advice(result.certificate, step, better))
+    warnings.warn(certificate.advice, FilterFitWarning, stacklevel=2)
+    return Fit(model=result.model, certificate=certificate)
 
 
-def _predictors(correlation: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Whittle's recursion: (coefficients (n, m, m), innovation covariance (m, m)) for orders n = 0 ... P."""
-    order, size = len(correlation) - 1, correlation.shape[1]
-    forward = np.zeros((order, size, size))
-    backward = np.zeros((order, size, size))
-    forward_covariance = correlation[0].copy()
-    backward_covariance = correlation[0].copy()
-    yield forward[:0], forward_covariance.copy()
-    for n in range(1, order + 1):
-        difference = correlation[n].copy()
-        for k in range(1, n):
-            difference -= forward[k - 1] @ correlation[n - k]
-        forward_gain = np.linalg.solve(backward_covariance.T, difference.T).T
-        backward_gain = np.linalg.solve(forward_covariance.T, difference).T
-        previous_forward = forward[: n - 1].copy()
-        previous_backward = backward[: n - 1].copy()
-        forward[: n - 1] -= forward_gain @ previous_backward[::-1]
-        backward[: n - 1] -= backward_gain @ previous_forward[::-1]
-        forward[n - 1], backward[n - 1] = forward_gain, backward_gain
-        forward_covariance -= forward_gain @ difference.T
-        backward_covariance -= backward_gain @ difference
-        yield forward[:n].copy(), 0.5 * (forward_covariance + forward_covariance.T)
-
-
-def _factor(covariance: FloatArray, order: int) -> FloatArray:
-    try:
-        return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        smallest = float(np.linalg.eigvalsh(covariance)[0])
-        raise SolverError(
-            f"autoregressive fit: innovation covariance of order {order} has the eigenvalue {smallest:.3g}, which "
-            "must be > 0; lower the order, lengthen the sampling step or move coincident points apart"
-        ) from None
-
-
-def autoregressive_fit(correlation: FloatArray) -> AutoregressiveModel:
-    """Model of order P whose first P + 1 correlation matrices are the given ones (block Yule-Walker).
-
-    Parameters
-    ----------
-    correlation
-        R_0 ... R_P, shape (P + 1, m, m).
+def recommended_orders(
+    spectrum: Spectrum,
+    step: float,
+    *,
+    white_floor: float = 0.0,
+    polish: bool = False,
+    band: tuple[float, float] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Orders | None:
+    """First orders of a ladder whose fit is within the limits; None if none is. Arguments as those of `fit`.
 
     Raises
     ------
-    SolverError
-        If the block Toeplitz matrix of the correlations is not positive definite.
+    ScenarioError
+        If the spectrum or a parameter is bad.
     """
-    correlation = np.asarray(correlation, dtype=np.float64)
-    _factor(correlation[0], 0)
-    *_, (coefficients, covariance) = _predictors(correlation)
-    factor = _factor(covariance, len(coefficients))
-    coefficients.flags.writeable = False
-    factor.flags.writeable = False
-    return AutoregressiveModel(coefficients=coefficients, innovation_factor=factor)
+    ladder = POLISHED_LADDER if polish else LADDER
+    target = _target(
+        spectrum, step, max(orders.long for orders in ladder), white_floor, white_floor > 0.0 or polish, band
+    )
+    for long, steps in groupby(ladder, key=lambda orders: orders.long):
+        try:
+            autoregression = _autoregression(target, long)
+        except SolverError:
+            continue
+        for orders in steps:
+            if _fit(target, autoregression, orders, polish, limits).certificate.trusted:
+                return orders
+    return None
 
 
-def stationary_start(correlation: FloatArray, noise: FloatArray) -> FloatArray:
-    """First P samples of the stationary process, drawn one after the other from the predictors of rising order.
-
-    Equal to multiplying the noise by the Cholesky factor of the block Toeplitz covariance of the P samples.
-
-    Parameters
-    ----------
-    correlation
-        R_0 ... R_P, shape (P + 1, m, m).
-    noise
-        Standard normal numbers, shape (P, m).
-
-    Returns
-    -------
-    Samples, oldest first, shape (P, m).
-
-    Raises
-    ------
-    SolverError
-        If the covariance is not positive definite.
-    """
-    samples = np.zeros_like(noise)
-    for n, (coefficients, covariance) in enumerate(_predictors(correlation[:-1])):
-        prediction = np.einsum("kij,kj->i", coefficients, samples[:n][::-1])
-        samples[n] = prediction + _factor(covariance, n) @ noise[n]
-    return samples
-
-
-def autoregressive_spectrum(model: AutoregressiveModel, frequency: FloatArray, step: float) -> NDArray[np.complex128]:
-    """One-sided cross-spectra of the model, eq. (3), shape (nf, m, m), unit²/Hz; `frequency` (nf,) in Hz."""
-    order, size, _ = model.coefficients.shape
-    lags = np.arange(1, order + 1)
-    delays = np.exp(-2j * np.pi * step * np.outer(frequency, lags))
-    denominator = np.eye(size) - np.einsum("fk,kij->fij", delays, model.coefficients)
-    response = np.linalg.solve(denominator, model.innovation_factor.astype(np.complex128))
-    return np.asarray(2.0 * step * response @ np.conj(np.swapaxes(response, 1, 2)), dtype=np.complex128)
-
-
-class AutoregressiveProcess:
-    """A stream of samples y_0, y_1 ... of eq. (2), each a pure function of (seed, stream, index).
-
-    Parameters
-    ----------
-    correlation
-        R_0 ... R_P, shape (P + 1, m, m).
-    seed, stream
-        Key of the noise, see `random_generator`.
-    retained
-        Number of newest samples kept for `window` beside the P that the recursion itself needs.
-
-    Raises
-    ------
-    SolverError
-        If the model cannot be fitted.
-    """
-
-    def __init__(self, correlation: FloatArray, seed: int, stream: int, retained: int) -> None:
-        self.model = autoregressive_fit(correlation)
-        order, size, _ = self.model.coefficients.shape
-        self._seed, self._stream = seed, stream
-        self._start = stationary_start(correlation, noise_block(seed, stream, _START_BLOCK, order, size))
-        # The buffer holds the newest samples one after the other, newest last; the row of coefficient blocks
-        # is turned round to match, so that a prediction is one matrix-vector product.
-        self._row = np.ascontiguousarray(np.hstack(list(self.model.coefficients[::-1])))
-        self._length = max(order, retained)
-        self._size = size
-        self._buffer = np.zeros(self._length * size)
-        self._recursion_start = (self._length - order) * size
-        self._noise_index = -1
-        self._innovations = np.zeros((0, size))
-        self._restart()
-
-    def _restart(self) -> None:
-        self._buffer[:] = 0.0
-        self._buffer[self._recursion_start :] = self._start.ravel()
-        self._newest = len(self._start) - 1
-
-    def _advance(self) -> None:
-        index = self._newest + 1
-        block, row = divmod(index, _NOISE_BLOCK)
-        if block != self._noise_index:
-            noise = noise_block(self._seed, self._stream, block + 1, _NOISE_BLOCK, self._size)
-            self._innovations = np.einsum("ij,nj->ni", self.model.innovation_factor, noise)
-            self._noise_index = block
-        value = self._row @ self._buffer[self._recursion_start :]
-        value += self._innovations[row]
-        self._buffer[: -self._size] = self._buffer[self._size :]
-        self._buffer[-self._size :] = value
-        self._newest = index
-
-    def window(self, first: int, count: int) -> FloatArray:
-        """Samples first ... first + count - 1, shape (count, m); valid until the next call, do not keep it.
-
-        Going back further than the retained samples replays the stream from its start, with the same values.
-        """
-        if first < 0 or not 0 < count <= self._length:
-            raise ValueError(f"samples {first} to {first + count - 1} cannot be had from a window of {self._length}")
-        if first <= self._newest - self._length:
-            self._restart()
-        while self._newest < first + count - 1:
-            self._advance()
-        row = self._length - 1 - (self._newest - first)
-        return self._buffer.reshape(self._length, self._size)[row : row + count]
-
-    def get_state(self) -> ProcessState:
-        """Snapshot that `set_state` restores exactly."""
-        samples = self._buffer.reshape(self._length, self._size).copy()
-        samples.flags.writeable = False
-        return ProcessState(index=self._newest, samples=samples)
-
-    def set_state(self, state: ProcessState) -> None:
-        """Restore a snapshot of this stream (same model and seed), in this or another process.
-
-        Raises
-        ------
-        ScenarioError
-            If the snapshot is of another shape.
-        """
-        shape = (self._length, self._size)
-        if state.samples.shape != shape:
-            raise ScenarioError(f"state of a random process has shape {state.samples.shape}; it must be {shape}")
-        self._buffer[:] = state.samples.ravel()
-        self._newest = state.index
+def _advice(certificate: Certificate, step: float, better: Orders | None) -> str:
+    missed = "; ".join(
+        f"{name.replace('_', ' ')} {getattr(certificate, name):.3g}, limit {getattr(certificate.limits, name):.3g}"
+        for name in certificate.misses
+    )
+    remedy = f"{better} would do" if better else "no orders tried would do, choose another sampling step"
+    return f"{certificate.orders_used} at a step of {step:g} s misses its spectrum: {missed}; {remedy}"

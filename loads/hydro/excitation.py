@@ -1,27 +1,30 @@
 """Wave and current forces on a moving platform as a function of time.
 
-    c_n = exp(i (omega_n t - k_n (X cos beta_n + Y sin beta_n) + phase_n))                           (1)
-    [eta; F_inertia; u] = Re{H c}                                                                    (2)
-    F_drag = sum_s [e; r x e] 0.5 rho C_D w l |u_r| u_r,   u_r = u + U_current - v                   (3)
+    [eta; F; u] = Re{sum_n H_n exp(-i k_n (X cos beta_n + Y sin beta_n)) a_n(t)}                     (1)
+    F_drag = sum_s [e; r x e] 0.5 rho C_D w l |u_r| u_r,   u_r = u + U_current - v                   (2)
 
-(X, Y) is the horizontal position of the platform, or the origin: taking the waves at the displaced position is exact
-for translation, since a shift of a linear wave is a change of its phase. Turning and heave of the strips are
-neglected. All rows of eq. (2) are one real matrix, so that a call is one matrix-vector product and one pass over the
-strips, in a compiled loop whose order of summation is fixed: a run repeats bit for bit whatever the linear algebra
-library. Drag acts up to mean water level. The current is uniform over the depth and does not change the waves.
+a_n are the amplitudes of any linear sea (`tlpsim.loads.waves.sea`): of harmonic components, or those by which an
+elevation from a digital filter is convolved with the kernels of all rows of H. (X, Y) is the horizontal position of
+the platform, or the origin: taking the waves at the displaced position is exact for translation, since a shift of a
+linear wave is a change of its phase. Turning and heave of the strips are neglected. F is any first-order force given
+by its transfer function, Morison's inertia force unless another one is given. All rows of eq. (1) are one real matrix,
+so that a call is one matrix-vector product and one pass over the strips, in a compiled loop whose order of summation
+is fixed: a run repeats bit for bit whatever the linear algebra library. Drag acts up to mean water level. The current
+is uniform over the depth and does not change the waves.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tlpsim.loads.constants import SEA_WATER_DENSITY
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.morison import (
     DEFAULT_STRIP_LENGTH,
-    DEFAULT_WATER_DENSITY,
     Members,
     Strips,
     divide,
@@ -29,11 +32,12 @@ from tlpsim.loads.hydro.morison import (
     inertia_transfer,
     strip_velocity_transfer,
 )
-from tlpsim.loads.waves.field import WaveComponents
+from tlpsim.loads.waves.sea import Sea
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
-_FORCE_ROWS = 7  # elevation and six inertia forces come before the water velocities
+_FORCE_ROWS = 7  # elevation and six first-order forces come before the water velocities
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +47,7 @@ class WaveForces:
     Parameters
     ----------
     diffraction
-        First-order inertia force and moment about the reference point, shape (6,), N and N·m.
+        First-order force and moment about the reference point, shape (6,), N and N·m.
     viscous
         Drag force and moment, shape (6,), N and N·m.
     elevation
@@ -70,10 +74,10 @@ def mean_current_force(
     *,
     current_speed: float,
     current_heading: float,
-    water_density: float = DEFAULT_WATER_DENSITY,
+    water_density: float = SEA_WATER_DENSITY,
     strip_length: float = DEFAULT_STRIP_LENGTH,
 ) -> FloatArray:
-    """Drag of the current on a platform at rest in calm water, eq. (3), shape (6,), N and N·m.
+    """Drag of the current on a platform at rest in calm water, eq. (2), shape (6,), N and N·m.
 
     Raises
     ------
@@ -86,29 +90,30 @@ def mean_current_force(
 
 @njit(cache=True)
 def _wave_forces(
-    time: float,
+    amplitudes: ComplexArray,
     x: float,
     y: float,
     velocity: FloatArray,
-    waves: FloatArray,
+    wavenumbers: FloatArray,
     matrix: FloatArray,
     strips: FloatArray,
     response: FloatArray,
 ) -> FloatArray:
-    """Eq. (1) to (3): elevation, inertia force (6) and drag force (6), shape (13,).
+    """Eq. (1) and (2): elevation, first-order force (6) and drag force (6), shape (13,).
 
-    `waves` holds omega, k cos beta, k sin beta and phase as rows; `matrix` the real and the negative imaginary part
-    of H as columns of 2N rows; `strips` the projection (6), the current and the drag factor of each transverse axis;
-    `response` is room for the rows of eq. (2).
+    `wavenumbers` holds k cos beta and k sin beta as rows; `matrix` the real and the negative imaginary part of H as
+    columns of 2N rows; `strips` the projection (6), the current and the drag factor of each transverse axis;
+    `response` is room for the rows of eq. (1).
     """
     rows = matrix.shape[1]
-    for row in range(rows):
-        response[row] = 0.0
-    for n in range(waves.shape[1]):
-        angle = waves[0, n] * time - (waves[1, n] * x + waves[2, n] * y) + waves[3, n]
+    response[:] = 0.0
+    for n in range(len(amplitudes)):
+        angle = wavenumbers[0, n] * x + wavenumbers[1, n] * y
         cosine, sine = math.cos(angle), math.sin(angle)
+        real = amplitudes[n].real * cosine + amplitudes[n].imag * sine
+        imaginary = amplitudes[n].imag * cosine - amplitudes[n].real * sine
         for row in range(rows):
-            response[row] += matrix[2 * n, row] * cosine + matrix[2 * n + 1, row] * sine
+            response[row] += matrix[2 * n, row] * real + matrix[2 * n + 1, row] * imaginary
     result = np.zeros(13)
     for row in range(7):
         result[row] = response[row]
@@ -128,11 +133,11 @@ def _wave_forces(
 
 
 class WaveLoads:
-    """Wave and current forces; a pure function of time, position and velocity.
+    """Wave and current forces as a function of time, position and velocity.
 
     Parameters
     ----------
-    components
+    sea
         The sea; `calm_water` for current alone.
     members
         The hull.
@@ -144,6 +149,9 @@ class WaveLoads:
         In m/s, and the direction toward which it flows, rad.
     displaced_position
         Take the waves at the platform's horizontal position rather than at the origin.
+    excitation
+        First-order force and moment about the reference point at the origin for each component of a sea, shape
+        (6, N), N/m and N·m/m; the members' inertia force where it is not given.
 
     Raises
     ------
@@ -154,31 +162,26 @@ class WaveLoads:
     def __init__(
         self,
         *,
-        components: WaveComponents,
+        sea: Sea,
         members: Members,
-        water_density: float = DEFAULT_WATER_DENSITY,
+        water_density: float = SEA_WATER_DENSITY,
         strip_length: float = DEFAULT_STRIP_LENGTH,
         current_speed: float = 0.0,
         current_heading: float = 0.0,
         displaced_position: bool = True,
+        excitation: Callable[[Sea], ComplexArray] | None = None,
     ) -> None:
-        self.components = components
+        self.sea = sea
         self.strips: Strips = divide(members, strip_length, water_density)
-        self.inertia_transfer = inertia_transfer(members, components, water_density)
+        self.excitation_transfer: ComplexArray = (
+            inertia_transfer(members, sea, water_density) if excitation is None else excitation(sea)
+        )
         # A factor on the position rather than a branch in the kernel.
         self._position_factor = 1.0 if displaced_position else 0.0
-        number, heading = components.wavenumber, components.heading
-        self._waves = np.vstack(
-            [
-                components.angular_frequency,
-                number * np.cos(heading),
-                number * np.sin(heading),
-                components.phase,
-            ]
-        )
-        water = strip_velocity_transfer(self.strips, components)
-        rows = np.vstack([np.ones((1, len(number))), self.inertia_transfer, water]) * components.amplitude
-        self._matrix = np.empty((2 * len(number), len(rows)))
+        self._wavenumbers = np.vstack([sea.wavenumber * np.cos(sea.heading), sea.wavenumber * np.sin(sea.heading)])
+        water = strip_velocity_transfer(self.strips, sea)
+        rows = np.vstack([np.ones((1, len(sea.wavenumber))), self.excitation_transfer, water])
+        self._matrix = np.empty((2 * len(sea.wavenumber), len(rows)))
         self._matrix[0::2] = rows.real.T
         self._matrix[1::2] = -rows.imag.T
         self._response = np.zeros(len(rows))
@@ -196,11 +199,11 @@ class WaveLoads:
             Surge, sway, heave, roll, pitch, yaw and their rates, shape (6,), contiguous, m, rad and per second.
         """
         result = _wave_forces(
-            time,
+            self.sea.amplitudes(time),
             self._position_factor * position[0],
             self._position_factor * position[1],
             velocity,
-            self._waves,
+            self._wavenumbers,
             self._matrix,
             self._strips,
             self._response,

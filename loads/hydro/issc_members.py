@@ -1,7 +1,6 @@
 """Members of the ISSC tension leg platform, and the coefficients that Morison's equation needs on them.
 
-Dimensions: WAMIT v7.3 test06 and OrcaWave's test of the same hull (columns of radius 8.435 m at the corners of a
-square of 86.25 m, draught 35 m; pontoons 7.5 m wide, 10.5 m high, flush with the keel, between the columns).
+The dimensions are those of `tlpsim.loads.issc_tlp`; the pontoons run between the columns' walls, flush with the keel.
 
 Added mass coefficients across the members are those of two-dimensional potential flow (DNV-RP-C205, Table D-1):
 circle 1.0; rectangle 1.51 at a/b = 1, 1.36 at 2, 1.70 at 0.5, which gives 1.44 for the pontoons' horizontal motion
@@ -14,12 +13,14 @@ the heave added mass is that of the boundary element solution at periods of 10 t
 import numpy as np
 
 from tlpsim.loads.hydro.morison import Members
-
-COLUMN_SPACING = 86.25
-COLUMN_DIAMETER = 16.87
-DRAUGHT = 35.0
-PONTOON_WIDTH = 7.5
-PONTOON_HEIGHT = 10.5
+from tlpsim.loads.issc_tlp import (
+    COLUMN_CENTRES,
+    COLUMN_RADIUS,
+    COLUMN_SPACING,
+    DRAUGHT,
+    PONTOON_HEIGHT,
+    PONTOON_WIDTH,
+)
 
 COLUMN_ADDED_MASS_COEFFICIENT = 1.0
 COLUMN_END_ADDED_MASS_COEFFICIENT = 1.4
@@ -35,12 +36,11 @@ def issc_members(drag_coefficient: float = 0.8) -> Members:
     ScenarioError
         If the drag coefficient is negative or not finite.
     """
-    half, radius = 0.5 * COLUMN_SPACING, 0.5 * COLUMN_DIAMETER
+    half = 0.5 * COLUMN_SPACING
     level = -DRAUGHT + 0.5 * PONTOON_HEIGHT
-    inner = half - radius
-    corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-    columns_start = np.column_stack([corners, np.full(4, -DRAUGHT)])
-    columns_end = np.column_stack([corners, np.zeros(4)])
+    inner = half - COLUMN_RADIUS
+    columns_start = np.column_stack([COLUMN_CENTRES, np.full(4, -DRAUGHT)])
+    columns_end = np.column_stack([COLUMN_CENTRES, np.zeros(4)])
     pontoons_start = np.array(
         [[-inner, -half, level], [-inner, half, level], [-half, -inner, level], [half, -inner, level]]
     )
@@ -52,8 +52,8 @@ def issc_members(drag_coefficient: float = 0.8) -> Members:
         end=np.vstack([columns_end, pontoons_end]),
         across=np.vstack([surge, surge, surge, surge, sway, sway, surge, surge]),
         # Transverse axis 1 of a pontoon is horizontal: a flow along it meets the height.
-        width=np.vstack([four * COLUMN_DIAMETER * pair, four * np.array([PONTOON_HEIGHT, PONTOON_WIDTH])]),
-        area=np.concatenate([np.full(4, np.pi * radius**2), np.full(4, PONTOON_WIDTH * PONTOON_HEIGHT)]),
+        width=np.vstack([four * 2.0 * COLUMN_RADIUS * pair, four * np.array([PONTOON_HEIGHT, PONTOON_WIDTH])]),
+        area=np.concatenate([np.full(4, np.pi * COLUMN_RADIUS**2), np.full(4, PONTOON_WIDTH * PONTOON_HEIGHT)]),
         drag_coefficient=np.full((8, 2), drag_coefficient),
         added_mass_coefficient=np.vstack(
             [

@@ -24,14 +24,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tlpsim.loads.checks import require_positive
+from tlpsim.loads.constants import SEA_WATER_DENSITY
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.waves.airy import pressure_head_transfer, require_positive, velocity_transfer
-from tlpsim.loads.waves.field import WaveComponents
+from tlpsim.loads.waves.airy import pressure_head_transfer, velocity_transfer
+from tlpsim.loads.waves.sea import Sea
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-DEFAULT_WATER_DENSITY = 1025.0
 DEFAULT_STRIP_LENGTH = 5.0
 _STRIP_QUADRATURE_POINTS = 4
 
@@ -207,7 +208,7 @@ def _ends(members: Members, water_density: float) -> tuple[FloatArray, FloatArra
     return position, normal, pressure_area, mass
 
 
-def strip_velocity_transfer(strips: Strips, components: WaveComponents) -> ComplexArray:
+def strip_velocity_transfer(strips: Strips, sea: Sea) -> ComplexArray:
     """Water velocity along the strips' transverse axes a unit amplitude of each wave, shape (2s, N), (m/s)/m.
 
     Raises
@@ -216,26 +217,24 @@ def strip_velocity_transfer(strips: Strips, components: WaveComponents) -> Compl
         If a strip lies below the sea bed.
     """
     water = velocity_transfer(
-        components.angular_frequency,
-        components.wavenumber,
-        components.heading,
-        components.water_depth,
+        sea.angular_frequency,
+        sea.wavenumber,
+        sea.heading,
+        sea.water_depth,
         strips.position,
     )
     along = np.einsum("sid,sdn->sin", strips.direction.reshape(-1, 2, 3), water)
-    return along.reshape(len(strips.direction), len(components.frequency))
+    return along.reshape(len(strips.direction), len(sea.wavenumber))
 
 
-def inertia_transfer(
-    members: Members, components: WaveComponents, water_density: float = DEFAULT_WATER_DENSITY
-) -> ComplexArray:
+def inertia_transfer(members: Members, sea: Sea, water_density: float = SEA_WATER_DENSITY) -> ComplexArray:
     """First-order wave force on the fixed platform a unit amplitude of each component, eq. (1) and (4).
 
     Parameters
     ----------
     members
         The hull.
-    components
+    sea
         Waves; only their frequencies, headings and depth matter.
     water_density
         In kg/m³.
@@ -250,28 +249,26 @@ def inertia_transfer(
         If a member reaches below the sea bed or the density is not positive.
     """
     lowest = float(min(members.start[:, 2].min(), members.end[:, 2].min()))
-    if lowest < -components.water_depth:
-        raise ScenarioError(f"members: an end lies at z = {lowest} m, below the sea bed at {-components.water_depth} m")
-    omega, number, heading = components.angular_frequency, components.wavenumber, components.heading
+    if lowest < -sea.water_depth:
+        raise ScenarioError(f"members: an end lies at z = {lowest} m, below the sea bed at {-sea.water_depth} m")
+    omega, number, heading = sea.angular_frequency, sea.wavenumber, sea.heading
     strips = _quadrature(members, water_density)
     mass = strips.froude_krylov_mass + strips.added_mass
-    force = strips.projection.T @ (mass[:, None] * 1j * omega * strip_velocity_transfer(strips, components))
+    force = strips.projection.T @ (mass[:, None] * 1j * omega * strip_velocity_transfer(strips, sea))
 
     position, normal, pressure_area, end_mass = _ends(members, water_density)
-    pressure = (
-        water_density * components.gravity * pressure_head_transfer(number, heading, components.water_depth, position)
-    )
+    pressure = water_density * sea.gravity * pressure_head_transfer(number, heading, sea.water_depth, position)
     acceleration = (
         1j
         * omega
-        * np.einsum("ed,edn->en", normal, velocity_transfer(omega, number, heading, components.water_depth, position))
+        * np.einsum("ed,edn->en", normal, velocity_transfer(omega, number, heading, sea.water_depth, position))
     )
     outward = end_mass[:, None] * acceleration - pressure_area[:, None] * pressure
     result: ComplexArray = force + projection(position, normal).T @ outward
     return result
 
 
-def added_mass(members: Members, water_density: float = DEFAULT_WATER_DENSITY) -> FloatArray:
+def added_mass(members: Members, water_density: float = SEA_WATER_DENSITY) -> FloatArray:
     """Added mass of the members about the reference point, eq. (3) and (4), shape (6, 6), kg, kg·m, kg·m².
 
     Raises

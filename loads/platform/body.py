@@ -19,12 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
-
-STANDARD_GRAVITY = 9.80665
-"""m/s²"""
-SEA_WATER_DENSITY = 1025.0
-"""kg/m³"""
 
 
 def fixed_array(values: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:

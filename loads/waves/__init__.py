@@ -1,1 +1,1 @@
-"""Waves: spectra, linear wave theory and irregular seas as sums of components."""
+"""Waves: spectra, spreading, linear wave theory, and irregular seas by digital filters or as sums of components."""

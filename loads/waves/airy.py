@@ -12,22 +12,15 @@ i omega times a velocity. The depth functions are written in exp(kz) and exp(-2k
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads.checks import require_positive
+from tlpsim.loads.constants import STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError, SolverError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-STANDARD_GRAVITY = 9.80665
 _ITERATIONS = 20
 _TOLERANCE = 1e-14
-
-
-def require_positive(name: str, value: ArrayLike, unit: str) -> FloatArray:
-    """Return `value` as an array; ScenarioError unless all of it is finite and > 0."""
-    result = np.asarray(value, dtype=np.float64)
-    if not (np.all(np.isfinite(result)) and np.all(result > 0.0)):
-        raise ScenarioError(f"{name} is {np.array2string(result)} {unit}; it must be finite and > 0")
-    return result
 
 
 def wavenumber(angular_frequency: ArrayLike, depth: float, gravity: float = STANDARD_GRAVITY) -> FloatArray:
@@ -120,6 +113,32 @@ def velocity_transfer(
     horizontal = wave * (1.0 + bottom)
     vertical = 1j * wave * (1.0 - bottom)
     return np.stack([horizontal * np.cos(heading), horizontal * np.sin(heading), vertical], axis=1)
+
+
+def surface_velocity_gradient_transfer(
+    angular_frequency: FloatArray,
+    wavenumbers: FloatArray,
+    heading: ArrayLike,
+    depth: float,
+    places: FloatArray,
+) -> ComplexArray:
+    """Change of eq. (3) with height at mean water level, k omega a E (cos beta, sin beta, i coth kd).
+
+    Parameters
+    ----------
+    angular_frequency, wavenumbers, heading, depth
+        As of `velocity_transfer`.
+    places
+        x and y, shape (n, 2), m.
+
+    Returns
+    -------
+    Complex amplitudes, shape (n, 3, N), (1/s)/m.
+    """
+    twice = np.zeros_like(wavenumbers) if np.isinf(depth) else np.exp(-2.0 * wavenumbers * depth)
+    wave = wavenumbers * angular_frequency * travel(wavenumbers, heading, places[:, 0], places[:, 1])
+    vertical = 1j * wave * (1.0 + twice) / (1.0 - twice)
+    return np.stack([wave * np.cos(heading), wave * np.sin(heading), vertical], axis=1)
 
 
 def pressure_head_transfer(

@@ -5,7 +5,8 @@
 
 The band is cut into bins of equal width. In each the frequency is uniformly random, so that the record does not
 repeat, and so is the phase; the amplitude carries the energy of the whole bin, so that every realization has the
-variance that the spectrum has in the band.
+variance that the spectrum has in the band. A short-crested sea has such components in each of its directions. This is
+the generator to compare the digital filters with, and the one for regular waves.
 """
 
 from dataclasses import dataclass
@@ -13,14 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads.checks import require_positive
+from tlpsim.loads.constants import STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.filters.arma import random_generator
-from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive, travel, wavenumber
-from tlpsim.loads.waves.spectra import spectrum_by_name
+from tlpsim.loads.filters.random_numbers import random_generator
+from tlpsim.loads.waves.airy import travel, wavenumber
+from tlpsim.loads.waves.sea import SeaState, wave_stream
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
-WAVE_STREAM = 2
 _BIN_QUADRATURE_POINTS = 8
 
 
@@ -70,77 +73,46 @@ class WaveComponents:
         """Shape (N,), rad/s."""
         return 2.0 * np.pi * self.frequency
 
+    def amplitudes(self, time: float) -> ComplexArray:
+        """Complex amplitudes a exp(i (omega t + phase)) at `time` (s), shape (N,), m."""
+        return np.asarray(self.amplitude * np.exp(1j * (self.angular_frequency * time + self.phase)))
 
-def wave_components(
-    *,
-    spectrum: str = "jonswap",
-    significant_height: float,
-    peak_period: float,
-    peak_enhancement: float = 3.3,
-    heading: float,
-    water_depth: float,
-    lowest_frequency: float = 0.02,
-    highest_frequency: float = 0.25,
-    count: int = 300,
-    seed: int = 0,
-    gravity: float = STANDARD_GRAVITY,
-) -> WaveComponents:
-    """Long-crested irregular sea with a given spectrum, eq. (2).
+
+def wave_components(state: SeaState, *, count: int = 300, seed: int = 0) -> WaveComponents:
+    """Irregular sea of given statistics, eq. (2).
 
     Parameters
     ----------
-    spectrum
-        Name in `tlpsim.loads.waves.spectra.SPECTRA`.
-    significant_height, peak_period, peak_enhancement
-        Parameters of the spectrum, m, s and -.
-    heading
-        Direction of propagation, rad.
-    water_depth
-        In m; may be infinite.
-    lowest_frequency, highest_frequency
-        Band in Hz; it must hold the peak.
+    state
+        Spectrum, band, directions and water.
     count
-        Number N of components.
+        Number of components of each direction.
     seed
         Whole number that names the realization.
-    gravity
-        In m/s².
 
     Raises
     ------
     ScenarioError
-        If a parameter is out of range, the spectrum is not known, or its peak lies outside the band.
+        If a parameter is out of range.
     """
-    density = spectrum_by_name(spectrum)
-    require_positive("peak period of the waves", peak_period, "s")
-    require_positive("lowest wave frequency", lowest_frequency, "Hz")
-    require_positive("highest wave frequency", highest_frequency, "Hz")
-    if not lowest_frequency < 1.0 / peak_period < highest_frequency:
-        raise ScenarioError(
-            f"wave frequency range {lowest_frequency} to {highest_frequency} Hz does not cover the spectral peak at "
-            f"{1.0 / peak_period:.4g} Hz (peak period {peak_period} s); widen it"
-        )
     if count < 1:
         raise ScenarioError(f"number of wave components is {count}; it must be at least 1")
-    if not np.isfinite(heading):
-        raise ScenarioError(f"wave heading is {heading} rad; it must be finite")
-    width = (highest_frequency - lowest_frequency) / count
-    edges = lowest_frequency + width * np.arange(count)
+    width = (state.highest_frequency - state.lowest_frequency) / count
+    edges = state.lowest_frequency + width * np.arange(count)
     nodes, weights = np.polynomial.legendre.leggauss(_BIN_QUADRATURE_POINTS)
     inside = edges[:, None] + 0.5 * width * (nodes + 1.0)
-    values = density(inside, significant_height, peak_period, peak_enhancement)
-    energy = 0.5 * width * np.sum(values * weights, axis=1)
-    generator = random_generator(seed, WAVE_STREAM)
-    frequency = edges + width * generator.random(count)
-    phase = 2.0 * np.pi * generator.random(count)
+    energy = 0.5 * width * np.sum(state.density(inside) * weights, axis=1)
+    parts = state.spread()
+    draws = [random_generator(seed, wave_stream(j)).random((2, count)) for j in range(len(parts.share))]
+    frequency = np.concatenate([edges + width * draw[0] for draw in draws])
     return WaveComponents(
         frequency=frequency,
-        amplitude=np.sqrt(2.0 * energy),
-        phase=phase,
-        wavenumber=wavenumber(2.0 * np.pi * frequency, water_depth, gravity),
-        heading=np.full(count, heading),
-        water_depth=water_depth,
-        gravity=gravity,
+        amplitude=np.sqrt(2.0 * np.outer(parts.share, energy)).ravel(),
+        phase=np.concatenate([2.0 * np.pi * draw[1] for draw in draws]),
+        wavenumber=wavenumber(2.0 * np.pi * frequency, state.water_depth, state.gravity),
+        heading=np.repeat(parts.heading, count),
+        water_depth=state.water_depth,
+        gravity=state.gravity,
     )
 
 

@@ -84,7 +84,7 @@ FAULTS = {
     ),
     "filter": (
         replace(FORCE, filter="spline"),
-        "filter 'spline' is not one of hold, linear, cubic, quintic",
+        "filter 'spline' is not one of hold, linear, cubic, quintic, six_point, kaiser, optimal",
     ),
     "extrapolation": (
         replace(FORCE, extrapolation="cubic"),
@@ -99,6 +99,17 @@ def test_wiring_faults(connection: Connection, message: str) -> None:
         check(system(connection))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["six_point", "kaiser", "optimal"])
+def test_filters_without_a_causal_form_are_for_sources(name: str) -> None:
+    assert check(system(replace(FORCE, filter=name)))  # a note on what is not connected, no error
+    for connections in ((replace(FORCE, filter=name), FEEDBACK), (FORCE, replace(FEEDBACK, filter=name))):
+        with pytest.raises(
+            WiringError, match=f"'{name}' looks ahead.* choose one of hold, linear, cubic, quintic"
+        ) as caught:
+            check(system(*connections))
+        assert "\n" not in str(caught.value)
 
 
 def test_input_fed_twice() -> None:

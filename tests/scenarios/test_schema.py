@@ -14,12 +14,16 @@ from pydantic import BaseModel
 import tlpsim.scenarios.schema
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.filters.interpolation import CAUSAL
+from tlpsim.loads.filters.interpolation import SYMMETRIC
 from tlpsim.loads.waves import spectra as wave_spectra
 from tlpsim.loads.wind import spectra as wind_spectra
+from tlpsim.loads.wind.admittance import ADMITTANCES
+from tlpsim.loads.wind.coherence import COHERENCES
+from tlpsim.loads.wind.force import DECOMPOSITIONS
+from tlpsim.loads.wind.profile import PROFILES
 from tlpsim.orchestrator.system import EXTRAPOLATIONS
 from tlpsim.scenarios.reading import DEGREES_OF_FREEDOM, merge, parse_override
-from tlpsim.scenarios.schema import DRAFT, LARGEST_SEED, Coupling, Platform, Scenario, Waves, Wind
+from tlpsim.scenarios.schema import DRAFT, LARGEST_SEED, Coupling, Platform, Scenario, Waves, Wind, WindCoherence
 
 TYPICAL = Path(tlpsim.scenarios.schema.__file__).with_name("typical_tlp.toml")
 
@@ -98,8 +102,12 @@ def test_the_choices_are_those_of_the_physics() -> None:
         return set(get_args(section.model_fields[key].annotation))
 
     assert choices(Wind, "spectrum") == set(wind_spectra.SPECTRA)
+    assert choices(Wind, "profile") == set(PROFILES)
+    assert choices(WindCoherence, "model") == set(COHERENCES)
+    assert choices(Wind, "admittance") == set(ADMITTANCES)
+    assert choices(Wind, "decomposition") == set(DECOMPOSITIONS)
     assert choices(Waves, "spectrum") == set(wave_spectra.SPECTRA)
-    assert choices(Coupling, "filter") == set(CAUSAL)
+    assert choices(Coupling, "filter") == set(SYMMETRIC)
     assert choices(Coupling, "extrapolation") == set(EXTRAPOLATIONS)
     assert choices(Platform, "model") == set(DRAFT)
     assert DRAFT["issc_tlp"] == issc_tlp.DRAUGHT
@@ -182,7 +190,7 @@ def test_with_changes_a_copy() -> None:
     )
     assert other.waves == scenario.waves
     assert scenario == Scenario()
-    with pytest.raises(ScenarioError, match=r"with_\(\): wind.speed = -1: must be greater than 0"):
+    with pytest.raises(ScenarioError, match=r"with_\(\): wind.speed = -1: must be at least 0"):
         scenario.with_(**{"wind.speed": -1})
 
 
@@ -235,17 +243,43 @@ def test_a_given_seed_is_kept_and_not_given_twice() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[wind]\nspeed = -3", ["wind.speed = -3", "greater than 0", "default is 26.9"]),
+        ("[wind]\nspeed = -3", ["wind.speed = -3", "at least 0", "default is 26.9"]),
         ("[current]\nspeed = -1", ["current.speed = -1", "at least 0"]),
         ("[wind]\nsped = 3", ["wind.sped", "unknown key", "did you mean 'speed'", "heading_deg"]),
         ("[wnd]\nspeed = 3", ["wnd", "unknown key", "did you mean 'wind'"]),
-        ('[wind]\nspectrum = "kaiml"', ["wind.spectrum", "kaiml", "'kaimal', 'harris' or 'api'"]),
+        ('[wind]\nspectrum = "kaiml"', ["wind.spectrum", "kaiml", "'kaimal', 'kareem', 'davenport', 'harris'"]),
         ('[wind]\nspeed = "30 m"', ["wind.speed", "'m' is not a unit of speed", "'km/h'"]),
         ("[wind]\nspeed = nan", ["wind.speed", "finite"]),
         ("[wind]\nroughness = 20", ["wind.roughness = 20", "less than 10"]),
         ("[wind]\nsegments = [{ area = 3 }]", ["wind.segments[0].position", "missing", "and 1 more"]),
         ("[wind]\nsegments = []", ["wind.segments", "1 or more"]),
-        ("[waves]\nsignificant_height = 0", ["waves.significant_height = 0", "greater than 0"]),
+        ("[wind]\nboxes = []", ["wind.boxes", "1 or more"]),
+        (
+            "[wind]\nboxes = [{ position = [0, 0, 4], size = [9, 9, 9], shape_coefficient = 1 }]",
+            ["wind.boxes[0].position[2] = 4", "below the water"],
+        ),
+        (
+            "[wind]\nboxes = [{ position = [0, 0, 9], size = [9, 9, 9], shape_coefficient = 1 }]\n"
+            "segments = [{ position = [0, 0, 9], area = 9, shape_coefficient = 1 }]",
+            ["wind.boxes", "give one of them"],
+        ),
+        ("[wind.coherence]\nmodel = 'nbd'", ["wind.coherence.model", "'davenport' or 'npd'"]),
+        ("[wind.coherence]\nvertical = -1", ["wind.coherence.vertical = -1", "at least 0", "default is 10"]),
+        (
+            "[wind]\norders = { long = 4, autoregressive = 5 }",
+            ["wind.orders.autoregressive = 5", "at most the order of the long one, 4"],
+        ),
+        ("[wind.orders]\nlong = 2.5", ["wind.orders.long", "whole number"]),
+        ("[wind]\nprofile = 'log'", ["wind.profile", "'logarithmic'", "'iso'"]),
+        ("[waves]\nsignificant_height = -1", ["waves.significant_height = -1", "at least 0"]),
+        ("[waves]\ndirections = 0", ["waves.directions = 0", "at least 1"]),
+        ("[waves]\nsampling_step = 1.5", ["waves.sampling_step = 1.5", "less than 1.299 s", "0.35 Hz"]),
+        ("[waves]\norders = { long = 7 }", ["waves.orders.autoregressive", "at most the order of the long one, 7"]),
+        ("[waves]\ntable = { frequency = [0.1, 0.1], density = [1, 2] }", ["waves.table", "must rise"]),
+        (
+            "[waves]\ntable = { frequency = [0.1, 0.5], density = [1, 2] }",
+            ["waves.frequency_max = 0.35", "peak of the spectrum at 0.5 Hz, of the table"],
+        ),
         ("[waves]\npeak_period = 2", ["waves.frequency_max = 0.35", "peak of the spectrum at 0.5 Hz"]),
         ("[waves]\nfrequency_max = 0.01", ["waves.frequency_max = 0.01", "greater than frequency_min, 0.02"]),
         ("[waves]\ncomponents = 1.5", ["waves.components = 1.5", "whole number"]),

@@ -13,21 +13,21 @@ from tlpsim.loads.hydro.issc_members import issc_members
 from tlpsim.loads.hydro.morison import drag_force
 from tlpsim.loads.waves.airy import velocity_transfer
 from tlpsim.loads.waves.field import WaveComponents, calm_water, elevation, regular_wave, wave_components
+from tlpsim.loads.waves.sea import SeaState
 
 REST = np.zeros(6)
 HEADING = 0.4
+STATE = SeaState(significant_height=9.0, peak_period=13.0, heading=HEADING, water_depth=450.0, highest_frequency=0.25)
 
 
 @pytest.fixture(scope="module")
 def sea() -> WaveComponents:
-    return wave_components(
-        significant_height=9.0, peak_period=13.0, heading=HEADING, water_depth=450.0, count=80, seed=1
-    )
+    return wave_components(STATE, count=80, seed=1)
 
 
 @pytest.fixture(scope="module")
 def loads(sea: WaveComponents) -> WaveLoads:
-    return WaveLoads(components=sea, members=issc_members(), current_speed=0.8, current_heading=1.1)
+    return WaveLoads(sea=sea, members=issc_members(), current_speed=0.8, current_heading=1.1)
 
 
 def test_kernel_equals_the_sums_over_components_and_strips(sea: WaveComponents, loads: WaveLoads) -> None:
@@ -38,7 +38,7 @@ def test_kernel_equals_the_sums_over_components_and_strips(sea: WaveComponents, 
     travel = position[0] * np.cos(HEADING) + position[1] * np.sin(HEADING)
     amplitude = sea.amplitude * np.exp(1j * (sea.angular_frequency * time - sea.wavenumber * travel + sea.phase))
     assert forces.elevation == pytest.approx(float(elevation(sea, time, 7.0, -4.0)), rel=1e-10)
-    np.testing.assert_allclose(forces.diffraction, np.real(loads.inertia_transfer @ amplitude), rtol=1e-9)
+    np.testing.assert_allclose(forces.diffraction, np.real(loads.excitation_transfer @ amplitude), rtol=1e-9)
 
     strips = loads.strips
     water = np.real(
@@ -58,7 +58,7 @@ def test_displaced_position_is_a_shift_of_the_waves(
 ) -> None:
     shift = sea.wavenumber * (x * np.cos(HEADING) + y * np.sin(HEADING))
     shifted = WaveLoads(
-        components=replace(sea, phase=sea.phase - shift),
+        sea=replace(sea, phase=sea.phase - shift),
         members=issc_members(),
         current_speed=0.8,
         current_heading=1.1,
@@ -74,7 +74,7 @@ def test_displaced_position_is_a_shift_of_the_waves(
 
 def test_a_wavelength_further_on_the_forces_are_the_same() -> None:
     components = regular_wave(amplitude=3.0, period=11.0, heading=HEADING, water_depth=450.0)
-    loads = WaveLoads(components=components, members=issc_members())
+    loads = WaveLoads(sea=components, members=issc_members())
     length = 2 * np.pi / components.wavenumber[0]
     there = np.array([length * np.cos(HEADING), length * np.sin(HEADING), 0.0, 0.0, 0.0, 0.0])
     moved, expected = loads.evaluate(3.0, there, REST), loads.evaluate(3.0, REST, REST)
@@ -83,7 +83,7 @@ def test_a_wavelength_further_on_the_forces_are_the_same() -> None:
 
 
 def test_waves_at_the_origin_when_the_position_is_not_asked_for(sea: WaveComponents) -> None:
-    loads = WaveLoads(components=sea, members=issc_members(), displaced_position=False)
+    loads = WaveLoads(sea=sea, members=issc_members(), displaced_position=False)
     moved, still = (loads.evaluate(5.0, np.array([x, -x, 0.0, 0.0, 0.0, 0.0]), REST) for x in (30.0, 0.0))
     np.testing.assert_array_equal(moved.diffraction, still.diffraction)
     assert moved.elevation == still.elevation
@@ -97,7 +97,7 @@ def test_current_on_the_platform_in_calm_water() -> None:
     np.testing.assert_allclose(force[:3], [0.5 * 1025.0 * area * 0.64, 0.0, 0.0], rtol=1e-12, atol=1e-6)
     centre = -(4 * 16.87 * 35.0 * 17.5 + 2 * 69.38 * 10.5 * 29.75) / area
     assert force[4] == pytest.approx(force[0] * centre, rel=1e-12)
-    calm = WaveLoads(components=calm_water(water_depth=450.0), members=members, current_speed=0.8, current_heading=0.0)
+    calm = WaveLoads(sea=calm_water(water_depth=450.0), members=members, current_speed=0.8, current_heading=0.0)
     forces = calm.evaluate(10.0, REST, REST)
     np.testing.assert_allclose(forces.viscous, force, rtol=1e-12, atol=1e-6)
     np.testing.assert_array_equal(forces.diffraction, 0.0)
@@ -106,7 +106,7 @@ def test_current_on_the_platform_in_calm_water() -> None:
 
 def test_platform_that_drifts_with_the_current_feels_no_drag() -> None:
     calm = WaveLoads(
-        components=calm_water(water_depth=450.0),
+        sea=calm_water(water_depth=450.0),
         members=issc_members(),
         current_speed=0.8,
         current_heading=0.5,
@@ -116,7 +116,7 @@ def test_platform_that_drifts_with_the_current_feels_no_drag() -> None:
 
 
 def test_drag_opposes_every_motion_in_calm_water() -> None:
-    calm = WaveLoads(components=calm_water(water_depth=450.0), members=issc_members())
+    calm = WaveLoads(sea=calm_water(water_depth=450.0), members=issc_members())
     generator = np.random.default_rng(0)
     for _ in range(20):
         velocity = generator.standard_normal(6) * np.array([1.0, 1.0, 1.0, 0.02, 0.02, 0.02])
@@ -124,8 +124,8 @@ def test_drag_opposes_every_motion_in_calm_water() -> None:
 
 
 def test_five_metre_strips_resolve_the_drag(sea: WaveComponents) -> None:
-    coarse = WaveLoads(components=sea, members=issc_members(), strip_length=5.0)
-    fine = WaveLoads(components=sea, members=issc_members(), strip_length=0.5)
+    coarse = WaveLoads(sea=sea, members=issc_members(), strip_length=5.0)
+    fine = WaveLoads(sea=sea, members=issc_members(), strip_length=0.5)
     times = np.arange(0.0, 200.0, 2.0)
     forces = [np.array([loads.evaluate(time, REST, REST).viscous for time in times]) for loads in (coarse, fine)]
     spread = forces[1].std(axis=0)
@@ -149,9 +149,11 @@ def test_another_process_makes_the_same_forces() -> None:
         "import numpy as np\n"
         "from tlpsim.loads.hydro.excitation import WaveLoads\n"
         "from tlpsim.loads.hydro.issc_members import issc_members\n"
-        "from tlpsim.loads.waves.field import wave_components\n"
-        "sea = wave_components(significant_height=9.0, peak_period=13.0, heading=0.4, water_depth=450.0, seed=1)\n"
-        "loads = WaveLoads(components=sea, members=issc_members(), current_speed=0.5)\n"
+        "from tlpsim.loads.waves.elevation import ArmaSea\n"
+        "from tlpsim.loads.waves.sea import SeaState\n"
+        "state = SeaState(significant_height=9.0, peak_period=13.0, heading=0.4, water_depth=450.0)\n"
+        "sea = ArmaSea(state, seed=1)\n"
+        "loads = WaveLoads(sea=sea, members=issc_members(), current_speed=0.5)\n"
         "for n in range(50):\n"
         "    forces = loads.evaluate(0.3 * n, np.full(6, 0.01 * n), np.full(6, 0.02))\n"
         "    print(forces.diffraction.tobytes().hex(), forces.viscous.tobytes().hex(), forces.elevation.hex())\n"
@@ -166,8 +168,8 @@ def test_another_process_makes_the_same_forces() -> None:
 
 def test_bad_input_is_refused(sea: WaveComponents) -> None:
     with pytest.raises(ScenarioError, match=r"current speed is -0.5 m/s; .* the heading gives the direction"):
-        WaveLoads(components=sea, members=issc_members(), current_speed=-0.5)
+        WaveLoads(sea=sea, members=issc_members(), current_speed=-0.5)
     with pytest.raises(ScenarioError, match="current heading is nan"):
         mean_current_force(issc_members(), current_speed=0.5, current_heading=float("nan"))
     with pytest.raises(ScenarioError, match="water density"):
-        WaveLoads(components=sea, members=issc_members(), water_density=0.0)
+        WaveLoads(sea=sea, members=issc_members(), water_density=0.0)

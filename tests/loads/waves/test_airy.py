@@ -4,7 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.waves.airy import pressure_head_transfer, travel, velocity_transfer, wavenumber
+from tlpsim.loads.waves.airy import (
+    pressure_head_transfer,
+    surface_velocity_gradient_transfer,
+    travel,
+    velocity_transfer,
+    wavenumber,
+)
 
 GRAVITY = 9.80665
 
@@ -75,6 +81,17 @@ def test_very_deep_water_does_not_overflow_and_is_deep_water() -> None:
     k = wavenumber(omega, 5000.0)
     deep = velocity_transfer(omega, wavenumber(omega, np.inf), 0.2, np.inf, points)
     np.testing.assert_allclose(velocity_transfer(omega, k, 0.2, 5000.0, points), deep, rtol=1e-12)
+
+
+@pytest.mark.parametrize("depth", [12.0, 450.0, np.inf])
+def test_gradient_at_the_surface_is_the_derivative_of_the_velocity(depth: float) -> None:
+    omega = np.array([0.4, 0.9, 1.6])
+    number, place = wavenumber(omega, depth), np.array([[13.0, -7.0]])
+    found = surface_velocity_gradient_transfer(omega, number, 0.7, depth, place)
+    step = 1e-4
+    heights = [velocity_transfer(omega, number, 0.7, depth, np.array([[13.0, -7.0, -k * step]])) for k in range(3)]
+    # One-sided difference of second order, for there is no water above: error k³ step² / 3.
+    np.testing.assert_allclose(found, (1.5 * heights[0] - 2.0 * heights[1] + 0.5 * heights[2]) / step, atol=1e-7)
 
 
 def test_travel_advances_one_period_in_a_wavelength() -> None:

@@ -3,18 +3,19 @@ import pytest
 
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.waves.field import WaveComponents, calm_water, elevation, regular_wave, wave_components
+from tlpsim.loads.waves.sea import SeaState
 
 
-def sea(**changes: object) -> WaveComponents:
+def sea(*, count: int = 300, seed: int = 3, **changes: object) -> WaveComponents:
     parameters: dict[str, object] = {
         "spectrum": "pierson_moskowitz",
         "significant_height": 8.0,
         "peak_period": 14.0,
         "heading": 0.4,
         "water_depth": 450.0,
-        "seed": 3,
+        "highest_frequency": 0.25,
     }
-    return wave_components(**(parameters | changes))  # type: ignore[arg-type]
+    return wave_components(SeaState(**(parameters | changes)), count=count, seed=seed)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2**40])
@@ -44,6 +45,16 @@ def test_record_has_the_variance_of_its_components() -> None:
     record = elevation(components, time, 10.0, -20.0)
     # Over three hours the beats of neighbours in 0.77 mHz bins average out as 1 / (2 pi df T): 2 %, four of them.
     assert record.var() == pytest.approx(np.sum(components.amplitude**2) / 2, rel=0.08)
+
+
+def test_short_crested_sea_has_the_energy_and_the_directions_of_its_spreading() -> None:
+    one, many = sea(), sea(directions=5, spreading_exponent=4.0)
+    energy = many.amplitude**2 / 2
+    assert energy.sum() == pytest.approx(np.sum(one.amplitude**2) / 2, rel=1e-12)
+    assert len(np.unique(many.heading)) == 5
+    # First and second moment of cos-2s: s / (s + 1), and that times (s - 1) / (s + 2).
+    assert energy @ np.cos(many.heading - 0.4) / energy.sum() == pytest.approx(4 / 5, rel=1e-12)
+    assert energy @ np.cos(2 * (many.heading - 0.4)) / energy.sum() == pytest.approx(4 / 5 * 3 / 6, rel=1e-12)
 
 
 def test_seed_names_the_realization() -> None:
@@ -81,6 +92,8 @@ def test_arrays_are_read_only() -> None:
         ),
         ({"lowest_frequency": 0.0}, "lowest wave frequency is 0"),
         ({"count": 0}, "number of wave components is 0"),
+        ({"directions": 0}, "number of wave directions is 0"),
+        ({"spreading_exponent": 0.0}, "spreading exponent of the waves is 0"),
         ({"heading": float("inf")}, "wave heading is inf"),
         ({"water_depth": 0.0}, "water depth is 0.0 m"),
         ({"seed": -1}, "random seed is -1"),
@@ -88,7 +101,7 @@ def test_arrays_are_read_only() -> None:
 )
 def test_bad_input_is_refused(changes: dict[str, object], message: str) -> None:
     with pytest.raises(ScenarioError, match=message):
-        sea(**changes)
+        sea(**changes)  # type: ignore[arg-type]
 
 
 def test_bad_components_are_refused() -> None:

@@ -1,0 +1,92 @@
+"""The wave FMU's parameters, tried on the component as a plain Python object; test_fmus.py tries it through FMI."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tlpsim.fmus.wave_fmu import TlpsimWave, wave_model
+from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.waves.elevation import ArmaSea
+from tlpsim.loads.waves.field import WaveComponents
+from tlpsim.loads.waves.spectra import pierson_moskowitz
+
+DEFAULTS: dict[str, Any] = {variable.name: variable.start for variable in TlpsimWave.table}
+
+
+def model(**changes: Any) -> Any:
+    return wave_model((DEFAULTS | changes).__getitem__)
+
+
+def component(folder: Path, **changes: Any) -> TlpsimWave:
+    one = TlpsimWave(instance_name="wave", resources=str(folder))
+    for name, value in changes.items():
+        reference = one.references[name.replace("__", ".")]
+        if one.table[reference].kind == "Real":
+            one.set_real([reference], [value])
+        else:
+            one.set_integer([reference], [value])
+    one.setup_experiment(0.0, None, None)
+    one.enter_initialization_mode()
+    one.exit_initialization_mode()
+    return one
+
+
+def test_filters_make_the_sea_unless_components_are_asked_for() -> None:
+    assert isinstance(model().sea, ArmaSea)
+    assert isinstance(model(generator="harmonic").sea, WaveComponents)
+    with pytest.raises(ScenarioError, match="parameter generator is 'fft'; it must be one of arma, harmonic"):
+        model(generator="fft")
+
+
+def test_both_generators_have_forces_of_one_size() -> None:
+    times = np.arange(0.0, 3000.0, 1.0)
+    deviation = []
+    for generator in ("arma", "harmonic"):
+        loads = model(generator=generator, heading=0.4)
+        record = np.array([loads.evaluate(time, np.zeros(6), np.zeros(6)).diffraction for time in times])
+        deviation.append(record.std(axis=0))
+    # 3000 s hold some 300 independent values: a standard deviation is known to 4 %; three of them, twice.
+    np.testing.assert_allclose(deviation[0], deviation[1], rtol=0.17)
+
+
+def test_table_takes_the_place_of_the_spectrum() -> None:
+    frequency = np.linspace(0.03, 0.5, 95)
+    density = pierson_moskowitz(frequency, 5.0, 10.0)
+    table = json.dumps({"frequency": frequency.tolist(), "density": density.tolist()})
+    sea = model(spectrum_table=table, peak_period=20.0).sea
+    assert sea.state.peak_frequency == pytest.approx(0.1, abs=0.003)
+    assert 4.0 * sea.samples(0, 20_000)[:, 0].std() == pytest.approx(5.0, rel=0.05)
+    with pytest.raises(ScenarioError, match="spectrum_table"):
+        model(spectrum_table="[1, 2]")
+
+
+def test_calm_water_needs_no_spectrum() -> None:
+    loads = model(significant_height=0.0, current_speed=0.5)
+    forces = loads.evaluate(3.0, np.zeros(6), np.zeros(6))
+    assert forces.elevation == 0.0
+    assert forces.viscous[0] > 0.0
+
+
+def test_orders_and_sampling_step_reach_the_filter() -> None:
+    sea = model(**{"orders.autoregressive": 10, "orders.moving_average": 9, "sampling_step": 1.0}).sea
+    assert sea.model.orders == (10, 9)
+    assert sea.model.step == 1.0
+
+
+def test_state_of_a_short_crested_sea_is_restored_exactly(tmp_path: Path) -> None:
+    one, other = (component(tmp_path, directions=3, seed=5) for _ in range(2))
+    outputs = [i for i, variable in enumerate(one.table) if variable.causality == "output"]
+    for k in range(1500):
+        one.do_step(0.5 * k, 0.5)
+    state = one._fmu_state_from_bytes(one._fmu_state_to_bytes(one._get_fmu_state()))
+    later = []
+    for k in range(1500, 1700):
+        one.do_step(0.5 * k, 0.5)
+        later.append(one.get_real(outputs))
+    other._set_fmu_state(state)
+    for k in range(1500, 1700):
+        other.do_step(0.5 * k, 0.5)
+        assert other.get_real(outputs) == later[k - 1500]
