@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -47,7 +48,10 @@ def main(title: str, parts: Sequence[Callable[[bool], Sequence[Row]]]) -> None:
         table.add_column(heading)
     missed = 0
     for part in parts:
-        for row in part(quick):
+        began = time.perf_counter()
+        rows = part(quick)
+        print(f"{part.__module__}.{part.__name__}: {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True)
+        for row in rows:
             missed += row.ok is False
             table.add_row(
                 row.item, row.measured.strip(), row.bound.strip(), {None: "", True: "yes", False: "NO"}[row.ok]

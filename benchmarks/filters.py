@@ -1,0 +1,12 @@
+"""The digital filters: ARMA fits and their samples, kernels, interpolation, waves by filters.
+
+python benchmarks/filters.py [--quick]
+"""
+
+import filters_kernels
+import filters_processes
+import filters_waves
+from report import main
+
+if __name__ == "__main__":
+    main("The digital filters", [*filters_processes.PARTS, *filters_kernels.PARTS, *filters_waves.PARTS])
