@@ -1,0 +1,1 @@
+"""Digital filters: random processes, convolution, differentiation and interpolation of sampled signals."""
