@@ -25,15 +25,15 @@ class Row:
 
 
 def at_most(item: str, value: float, bound: float, unit: str = "", form: str = ".3g") -> Row:
-    return Row(item=item, measured=f"{value:{form}} {unit}", bound=f"≤ {bound:g} {unit}", ok=value <= bound)
+    return Row(item=item, measured=f"{value:{form}} {unit}", bound=f"≤ {bound:g} {unit}", ok=bool(value <= bound))
 
 
 def at_least(item: str, value: float, bound: float, unit: str = "", form: str = ".3g") -> Row:
-    return Row(item=item, measured=f"{value:{form}} {unit}", bound=f"≥ {bound:g} {unit}", ok=value >= bound)
+    return Row(item=item, measured=f"{value:{form}} {unit}", bound=f"≥ {bound:g} {unit}", ok=bool(value >= bound))
 
 
 def within(item: str, value: float, target: float, relative: float, unit: str = "", form: str = ".5g") -> Row:
-    ok = abs(value - target) <= relative * abs(target)
+    ok = bool(abs(value - target) <= relative * abs(target))
     return Row(item=item, measured=f"{value:{form}} {unit}", bound=f"{target:g} {unit} ± {100 * relative:g} %", ok=ok)
 
 

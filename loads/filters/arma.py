@@ -20,6 +20,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,7 +152,9 @@ def _matrices(spectrum: Spectrum, frequency: FloatArray) -> Array:
     skew = np.max(np.abs(density - np.conj(np.swapaxes(density, 1, 2))))
     if skew > 1e-9 * np.max(auto):
         raise ScenarioError(f"spectrum of a random process is not Hermitian: it differs by {skew:.3g} from its adjoint")
-    return density
+    if np.iscomplexobj(density):
+        return np.asarray(density, dtype=np.complex128)
+    return np.asarray(density, dtype=np.float64)
 
 
 def _check_definite(density: Array, frequency: FloatArray) -> None:
@@ -284,7 +287,7 @@ def _matches(target: _Target, long: _Autoregression, orders: Orders, polish: boo
 
 def _best_match(
     target: _Target, long: _Autoregression, orders: Orders, polish: bool, limits: Limits
-) -> tuple[ArmaModel, dict[str, float]]:
+) -> tuple[ArmaModel, dict[str, Any]]:
     """The model whose worst figure is the least, each over its limit; SolverError if there is none that is stable."""
     found, failures = [], []
     for match in _matches(target, long, orders, polish):

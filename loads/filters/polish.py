@@ -10,8 +10,8 @@ longer step is the better start; its roots r become r^(1/n) at the n times short
 
 The residual is w (ln S_model - ln S_target) with w = (S / S_max)^e, at frequencies that crowd where the spectrum is
 high. Below a floor, where the target is a void, only an excess over the floor counts. A small exponent e favours the
-tails, a large one the peak; of a few, the one with the least of the larger of two errors is taken: in dB where S is
-above 1 % of its peak, and root mean square of the density, the first over 0.35 dB, the second over 2 %.
+tails, a large one the peak; of a few, the one is taken whose largest error is the least: in dB where S is above 1 % of
+its peak, over 0.35 dB; root mean square of the density, over 2 %; excess in a void, over 3 dB.
 """
 
 from collections.abc import Callable
@@ -39,7 +39,7 @@ _EVALUATIONS = 300
 _PRECISION = 1e-6
 _GRID = 8193
 _CORE = 0.01
-_SCALES = 0.35, 0.02  # dB, and of the root mean square of the density
+_SCALES = 0.35, 0.02, 3.0  # dB, of the root mean square of the density, and dB over the floor of a void
 _MEAN_SAMPLES = 6.7  # a start at a longer step has about so many samples to the mean period
 _START_FLOOR = 1e-4
 
@@ -96,7 +96,7 @@ def _data(target: Callable[[FloatArray], FloatArray], step: float) -> tuple[_Dat
     crowding *= (1.0 - _UNIFORM_SHARE) / np.trapezoid(crowding, grid)
     crowding += _UNIFORM_SHARE / nyquist
     share = np.concatenate([[0.0], np.cumsum(0.5 * (crowding[1:] + crowding[:-1]))])
-    frequency = np.interp((np.arange(_POINTS) + 0.5) / _POINTS, share / share[-1], grid)
+    frequency = np.interp(np.linspace(0.0, 1.0, _POINTS), share / share[-1], grid)
     relative = target(frequency) / peak
     floored = np.maximum(relative, _FLOOR)
     data = _Data(
@@ -147,7 +147,7 @@ def _search(x: FloatArray, sections: _Sections, data: _Data, exponent: float) ->
 
 
 def _score(x: FloatArray, sections: _Sections, data: _Data) -> float:
-    """The larger of the two errors of the module's text, each over its scale."""
+    """The largest of the three errors of the module's text, each over its scale."""
     value, _ = _log_spectrum(x, sections, data)
     error = np.where(data.void, 0.0, value - data.logarithm)
     core = data.relative > _CORE
@@ -155,7 +155,8 @@ def _score(x: FloatArray, sections: _Sections, data: _Data) -> float:
     # The points crowd with the density of `_data`: its inverse is the width that each stands for.
     width = 1.0 / (_UNIFORM_SHARE + np.sqrt(data.relative))
     density = np.sum(width * (data.relative * np.expm1(error)) ** 2) / np.sum(width * data.relative**2)
-    return max(largest / _SCALES[0], float(np.sqrt(density)) / _SCALES[1])
+    excess = 10.0 / np.log(10.0) * float(np.max(np.where(data.void, value - data.logarithm, 0.0)))
+    return max(largest / _SCALES[0], float(np.sqrt(density)) / _SCALES[1], excess / _SCALES[2])
 
 
 def _starts(

@@ -80,8 +80,8 @@ def stationary_start(model: ArmaModel, noise: FloatArray) -> tuple[FloatArray, F
     for i in range(p):
         age = p - 1 - i
         made_of[q + i, :, age:, :] = response[: count - age].transpose(1, 0, 2)
-    root = np.linalg.qr(made_of.reshape((q + p) * size, count * size).T, mode="r").T
-    drawn = (root @ noise.ravel()).reshape(q + p, size)
+    triangle = np.asarray(np.linalg.qr(made_of.reshape((q + p) * size, count * size).T, mode="r"))
+    drawn = (triangle.T @ noise.ravel()).reshape(q + p, size)
     return drawn[q:], drawn[:q]
 
 
