@@ -23,13 +23,13 @@ there the amplitudes are taken to zero by a factor of equal power about f_c (cos
     T(f) = cos(pi/4 (1 + (f - f_c) / (0.1 f_c))),   0.9 f_c < f < 1.1 f_c                             (4)
 
 Voids. The fit of an ARMA model needs a white floor under the voids of a wave spectrum, here 1e-4 of its peak. Above f_c
-eq. (4) takes it out. Toward zero frequency, where the pressure under a hull does not fade, it would make 10 to 25 % of
+eq. (4) takes it out. Toward zero frequency, where the pressure under a hull does not fade, it would make 10 to 30 % of
 the standard deviation of the heave force; so H gets the factor
 
     V(f) = 1/2 - 1/2 cos(pi (f - 0.4 f_v) / (0.6 f_v)),   0.4 f_v < f < f_v                          (5)
 
 with f_v the frequency below which lie 1e-5 of the variance (0.57 fp for Pierson-Moskowitz). A sharper one, such as
-sqrt(S / S_model), would need a longer window. What is left changes standard deviations by less than 0.3 %.
+sqrt(S / S_model), would need a longer window. What is left changes standard deviations by less than 0.5 %.
 
 Window. It reaches to either side by the delay of f_c over the greatest distance at which waves are asked for, and by
 the inverse of the width of eq. (4). For the ISSC platform, f_c = 0.35 Hz, 61 m of reach on the hull and 30 m for its
