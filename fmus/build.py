@@ -17,7 +17,7 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from tlpsim.fmus.component import BUILD_RECORD, tlpsim_version
+from tlpsim.fmus.version import BUILD_RECORD, tlpsim_version
 from tlpsim.loads.errors import FmuError
 
 ROOMS = Path(__file__).parent

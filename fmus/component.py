@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import atexit
 import ctypes
-import importlib.metadata
 import io
 import json
 import sys
@@ -30,6 +29,7 @@ from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variab
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.osutil import get_lib_extension, get_platform
 
+from tlpsim.fmus.version import built_version
 from tlpsim.loads.errors import FmuError
 
 DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -57,7 +57,6 @@ UNITS: dict[str, dict[str, int]] = {
 
 KINDS = {"Real": Real, "Integer": Integer, "Boolean": Boolean, "String": String}
 VARIABILITY = {"parameter": "fixed", "input": "continuous", "output": "continuous"}
-BUILD_RECORD = "tlpsim.json"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +115,7 @@ class Component(Fmi2Slave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.version = built_version(Path(str(self.resources)), type(self).__name__)
+        self.version = built_version(Path(str(self.resources)))
         self.guid = uuid5(NAMESPACE_URL, f"tlpsim/{self.version}/{type(self).__name__}/{self.table!r}")
         self.values: NDArray[np.float64] = np.zeros(len(self.table))
         self.settings: dict[int, float | int | bool | str] = {}
@@ -340,27 +339,6 @@ class Component(Fmi2Slave):
         ]
 
 
-def built_version(resources: Path, component: str) -> str:
-    """Version that the FMU in `resources` was built with.
-
-    Raises
-    ------
-    FmuError
-        When the tlpsim that would run it is another version.
-    """
-    record = resources / BUILD_RECORD
-    installed = tlpsim_version()
-    if not record.is_file():
-        return installed
-    built = json.loads(record.read_text())
-    if built["bundled"] or built["version"] == installed:
-        return str(built["version"])
-    raise FmuError(
-        f"{component} was built with tlpsim {built['version']}, but tlpsim {installed} is installed: "
-        f"build it again with `tlpsim build`, or install tlpsim=={built['version']}"
-    )
-
-
 @cache
 def _release_library_at_exit(resources: Path, identifier: str) -> None:
     """Let pythonfmu's library release its state while Python still runs.
@@ -371,14 +349,6 @@ def _release_library_at_exit(resources: Path, identifier: str) -> None:
     library = resources.parent / "binaries" / get_platform() / f"{identifier}.{get_lib_extension()}"
     if sys.orig_argv and library.is_file():
         atexit.register(ctypes.CDLL(str(library)).finalizePythonInterpreter)
-
-
-def tlpsim_version() -> str:
-    """Version of the installed tlpsim, or "unknown" where its sources are bundled with an FMU."""
-    try:
-        return importlib.metadata.version("tlpsim")
-    except importlib.metadata.PackageNotFoundError:
-        return "unknown"
 
 
 def _packed(settings: dict[int, float | int | bool | str]) -> NDArray[np.uint8]:

@@ -5,6 +5,12 @@ import ctypes
 # pythonfmu 0.7 gives back, at every instantiation, a reference to this module's globals that it never took.
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
+from pathlib import Path  # noqa: E402
+
+from tlpsim.fmus.version import built_version  # noqa: E402
+
+built_version(Path(__file__).parent)  # before the imports that another version may not have
+
 import dataclasses  # noqa: E402
 from collections.abc import Callable, Iterable  # noqa: E402
 from typing import Any  # noqa: E402

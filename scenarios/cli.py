@@ -72,12 +72,14 @@ def run(
 
 @app.command()
 def check(scenario: ScenarioFile, duration: Duration = None, seed: Seed = None, settings: Settings = None) -> None:
-    """Check a scenario, its FMUs and their wiring without running it."""
+    """Check a scenario, its FMUs, their parameters and wiring: all but the run itself."""
+    from tlpsim.orchestrator.execution import Master
     from tlpsim.scenarios.assemble import assembled
     from tlpsim.scenarios.console import print_system
 
     chosen = _load(scenario, duration, seed, settings)
     with assembled(chosen) as assembly:
+        Master(assembly.system).initialize()
         print_system(chosen, assembly)
 
 

@@ -114,7 +114,7 @@ def print_system(scenario: Scenario, assembly: Assembly) -> None:
     output.print(connections)
     for note in assembly.notes:
         output.print(f"note: {note}")
-    output.print("The scenario is valid, and its FMUs load and fit together.")
+    output.print("The scenario is valid; its FMUs load, initialize and fit together.")
 
 
 def print_fmu(description: FmuDescription) -> None:

@@ -123,7 +123,7 @@ def test_guid_is_stable_and_tells_interfaces_apart(tmp_path: Any) -> None:
 
 def test_another_version_is_refused(tmp_path: Any) -> None:
     (tmp_path / "tlpsim.json").write_text('{"version": "0.0.0", "bundled": false}')
-    with pytest.raises(FmuError, match=r"Gain was built with tlpsim 0\.0\.0.*tlpsim build"):
+    with pytest.raises(FmuError, match=r"the FMU was built with tlpsim 0\.0\.0.*tlpsim build"):
         Gain(instance_name="old", resources=str(tmp_path))
 
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,21 @@ def test_an_error_is_one_line_with_exit_code_2(scenario_file: Path, tmp_path: Pa
     assert len(done.stderr.strip().splitlines()) == 1
     assert "Traceback" not in done.stderr + done.stdout
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_check_initializes_the_fmus(scenario_file: Path, tmp_path: Path) -> None:
+    """An FMU built with another version is found without a run."""
+    from tlpsim.fmus.build import build
+
+    path = build(tmp_path, ["wave"])[0]
+    with zipfile.ZipFile(path) as archive, zipfile.ZipFile(tmp_path / "old.fmu", "w") as old:
+        for name in archive.namelist():
+            data = archive.read(name)
+            old.writestr(name, b'{"version": "0.0.1", "bundled": false}' if name.endswith("tlpsim.json") else data)
+    done = tlpsim("check", scenario_file, "--set", "components.wave.fmu=old.fmu")
+    assert done.returncode == 2
+    assert "built with tlpsim 0.0.1" in done.stderr
+    assert "tlpsim build" in done.stderr
 
 
 def test_a_missing_scenario_and_a_folder_for_results(scenario_file: Path, tmp_path: Path) -> None:
