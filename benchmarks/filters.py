@@ -3,6 +3,10 @@
 python benchmarks/filters.py [--quick]
 """
 
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices: threads only get in each other's way
+
 import filters_kernels
 import filters_processes
 import filters_waves

@@ -223,6 +223,11 @@ def test_calm_water_gives_no_force(slave: Callable[..., Slave]) -> None:
     assert wave.step(0.0, 0.5) == [0.0] * len(wave.outputs)
 
 
+def test_still_air_gives_no_force_at_rest(slave: Callable[..., Slave]) -> None:
+    wind = slave("wind", {"mean_speed": 0.0})
+    assert wind.step(0.0, 1.0) == [0.0] * len(wind.outputs)
+
+
 # Published figures of the ISSC TLP: a free decay with one degree of freedom, the others held.
 PERIODS = {"surge": 103.6, "yaw": 82.7, "heave": 1.82, "pitch": 1.92}
 
