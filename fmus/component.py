@@ -14,6 +14,7 @@ import io
 import json
 import sys
 import warnings
+from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -152,17 +153,17 @@ class Component(Fmi2Slave):
 
     # What a subclass gives
 
+    @abstractmethod
     def prepare(self) -> None:
         """Build the model from the parameters; called before `start` and after a parameter was changed."""
-        raise NotImplementedError
 
+    @abstractmethod
     def start(self, time: float) -> None:
         """Set the outputs at the start time from the inputs."""
-        raise NotImplementedError
 
+    @abstractmethod
     def advance(self, time: float, step: float) -> None:
         """Step from `time` to `time + step` and set the outputs there."""
-        raise NotImplementedError
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
         """Copies of all arrays that change while stepping, beside the variables themselves."""

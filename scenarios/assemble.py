@@ -29,8 +29,9 @@ from tlpsim.loads.errors import SolverError, TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
-from tlpsim.scenarios.schema import BUILTIN, Scenario
-from tlpsim.scenarios.schema import Component as Entry
+from tlpsim.scenarios.schema import Scenario
+from tlpsim.scenarios.sections import BUILTIN
+from tlpsim.scenarios.sections import Component as Entry
 
 if TYPE_CHECKING:
     from tlpsim.loads.hydro.excitation import WaveLoads

@@ -89,7 +89,7 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu or a
     from tlpsim.scenarios.console import print_fmu, print_results
 
     if file.suffix == ".fmu":
-        from tlpsim.orchestrator.fmu import read_description
+        from tlpsim.orchestrator.description import read_description
 
         print_fmu(read_description(file))
     else:

@@ -17,7 +17,7 @@ from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
 from tlpsim.orchestrator.observers import Observer
 
 if TYPE_CHECKING:
-    from tlpsim.orchestrator.fmu import FmuDescription
+    from tlpsim.orchestrator.description import FmuDescription
     from tlpsim.scenarios.assemble import Assembly
     from tlpsim.scenarios.results import Results
     from tlpsim.scenarios.schema import Scenario

@@ -9,311 +9,47 @@ After loading, `Scenario.connections` has an entry for each single variable, non
 was removed.
 """
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from pydantic import (
     BaseModel,
-    BeforeValidator,
-    ConfigDict,
     Field,
-    StrictBool,
-    StrictFloat,
-    StrictInt,
     StrictStr,
     ValidationError,
-    field_validator,
     model_validator,
 )
 
-from tlpsim.loads.errors import ScenarioError
 from tlpsim.scenarios.problems import Location, Source, nearest, problem, scenario_error
-from tlpsim.scenarios.quantities import (
-    Acceleration,
-    Area,
-    Density,
-    Duration,
-    Frequency,
-    Heading,
-    Length,
-    PositiveDuration,
-    PositiveFrequency,
-    PositiveLength,
-    Ratio,
-    Speed,
-)
 from tlpsim.scenarios.reading import absolute_paths, expand, merge, parse_override, read_toml, resolve
+from tlpsim.scenarios.sections import (
+    DRAFT,
+    LARGEST_SEED,
+    Box,
+    Component,
+    Connection,
+    Coupling,
+    Current,
+    Extrapolation,
+    Filter,
+    Outputs,
+    Platform,
+    Section,
+    Segment,
+    Simulation,
+    Site,
+    WaveOrders,
+    Waves,
+    WaveTable,
+    Wind,
+    WindCoherence,
+    WindOrders,
+)
 from tlpsim.scenarios.steps import check_steps
-
-BUILTIN = "builtin:"
-BUILTIN_COMPONENTS = ("wind", "wave", "platform")
-LARGEST_SEED = 2**31 - 1  # an FMI Integer is a signed 32-bit number
-# Depth of the deepest part of each hull below the mean water level, m.
-DRAFT = {"issc_tlp": 35.0}
-
-Filter = Literal["hold", "linear", "cubic", "quintic", "six_point", "kaiser", "optimal"]
-Extrapolation = Literal["hold", "linear", "quadratic", "derivatives"]
-Seed = Annotated[StrictInt, Field(ge=0, le=LARGEST_SEED)]
-
-
-def _scalar(value: object) -> object:
-    if not isinstance(value, bool | int | float | str) or (isinstance(value, float) and not math.isfinite(value)):
-        raise ValueError("must be a finite number, true, false or text; an FMU's table is text that holds JSON")
-    return value
-
-
-ParameterValue = Annotated[bool | int | float | str, BeforeValidator(_scalar)]
-
-
-class Section(BaseModel):
-    """Base of all sections: frozen, and an unknown key is an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
-
-
-class Simulation(Section):
-    """How long to simulate, from which seed and from which position of the platform."""
-
-    duration: PositiveDuration = 3600.0
-    seed: Annotated[StrictInt, Field(ge=0)] = 1
-    start: Literal["equilibrium", "rest"] = "equilibrium"
-
-
-class Site(Section):
-    """Water, air and gravity."""
-
-    water_depth: PositiveLength = 450.0
-    water_density: Annotated[Density, Field(gt=0)] = 1025.0
-    air_density: Annotated[Density, Field(gt=0)] = 1.225
-    gravity: Annotated[Acceleration, Field(gt=0)] = 9.80665
-
-
-DampingRatio = Annotated[Ratio, Field(ge=0)]
-
-
-class Platform(Section):
-    """Hull and its linear damping, as ratios of critical by degree of freedom."""
-
-    model: Literal["issc_tlp"] = "issc_tlp"
-    damping_ratios: tuple[DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio] = (
-        0.0,
-        0.0,
-        0.02,
-        0.02,
-        0.02,
-        0.0,
-    )
-
-
-class Segment(Section):
-    """A part of the deck that the wind blows on; its position is relative to the reference point."""
-
-    position: tuple[Length, Length, Length]
-    area: Annotated[Area, Field(gt=0)]
-    shape_coefficient: Annotated[Ratio, Field(gt=0)]
-
-
-class Box(Section):
-    """An upright box that stands in the wind: its centre relative to the reference point, and length, width, height."""
-
-    position: tuple[Length, Length, Length]
-    size: tuple[PositiveLength, PositiveLength, PositiveLength]
-    shape_coefficient: Annotated[Ratio, Field(gt=0)]
-
-    @model_validator(mode="after")
-    def _above_water(self) -> Self:
-        if self.position[2] - 0.5 * self.size[2] < -1e-9:
-            text = "must be at least half the height, so that the box does not reach below the water"
-            raise problem(("position", 2), self.position[2], text)
-        return self
-
-
-DecayCoefficient = Annotated[Ratio, Field(ge=0)]
-
-
-class WindCoherence(Section):
-    """Coherence of the gusts; the decay coefficients are those of Davenport's model."""
-
-    model: Literal["davenport", "npd"] = "davenport"
-    lateral: DecayCoefficient = 16.0
-    vertical: DecayCoefficient = 10.0
-    longitudinal: DecayCoefficient = 0.0
-
-
-class WindOrders(Section):
-    """Orders of the digital filter that makes the gusts: long autoregression, then ARMA."""
-
-    long: Annotated[StrictInt, Field(ge=1, le=1000)] = 25
-    autoregressive: Annotated[StrictInt, Field(ge=1)] = 3
-    moving_average: Annotated[StrictInt, Field(ge=0)] = 3
-
-    @model_validator(mode="after")
-    def _no_longer_than_the_long_one(self) -> Self:
-        for name in ("autoregressive", "moving_average"):
-            if getattr(self, name) > self.long:
-                raise problem((name,), getattr(self, name), f"must be at most the order of the long one, {self.long}")
-        return self
-
-
-class Wind(Section):
-    """Wind: mean speed 10 m above the water and turbulence."""
-
-    speed: Annotated[Speed, Field(ge=0)] = 26.9
-    heading_deg: Heading = 34.5
-    profile: Literal["logarithmic", "power", "api", "iso"] = "logarithmic"
-    profile_exponent: Annotated[Ratio, Field(gt=0)] = 0.12
-    # The logarithmic profile is anchored 10 m above the water and needs a roughness far below that.
-    roughness: Annotated[Length, Field(gt=0, lt=10)] = 0.001
-    spectrum: Literal["kaimal", "kareem", "davenport", "harris", "ochi_shin", "simiu_leigh", "api", "npd"] = "kaimal"
-    coherence: WindCoherence = WindCoherence()
-    admittance: Literal["none", "davenport"] = "none"
-    decomposition: Literal["full", "expanded", "linear"] = "full"
-    sampling_step: PositiveDuration = 1.0
-    orders: WindOrders = WindOrders()
-    seed: Seed | None = None
-    segments: tuple[Segment, ...] | None = None
-    boxes: tuple[Box, ...] | None = None
-
-    @field_validator("segments", "boxes")
-    @classmethod
-    def _not_empty(cls, value: tuple[Section, ...] | None) -> tuple[Section, ...] | None:
-        if value == ():
-            raise ValueError("must have 1 or more entries; without the key the default segments are taken")
-        return value
-
-    @model_validator(mode="after")
-    def _one_shape(self) -> Self:
-        if self.segments is not None and self.boxes is not None:
-            raise problem(("boxes",), len(self.boxes), "cannot stand beside segments: give one of them")
-        return self
-
-
-class WaveTable(Section):
-    """A wave spectrum by points, linear in between and zero outside."""
-
-    frequency: tuple[Frequency, ...]
-    density: tuple[StrictFloat, ...]
-
-    @model_validator(mode="after")
-    def _is_a_spectrum(self) -> Self:
-        from tlpsim.loads.waves.spectra import SpectrumTable
-
-        try:
-            SpectrumTable(frequency=np.array(self.frequency), density=np.array(self.density))
-        except ScenarioError as error:
-            raise ValueError(str(error)) from None
-        return self
-
-    @property
-    def peak_frequency(self) -> float:
-        """Frequency of the largest density, Hz."""
-        return self.frequency[int(np.argmax(self.density))]
-
-
-class WaveOrders(WindOrders):
-    """Orders of the digital filter that makes the elevation."""
-
-    long: Annotated[StrictInt, Field(ge=1, le=1000)] = 59
-    autoregressive: Annotated[StrictInt, Field(ge=1)] = 8
-    moving_average: Annotated[StrictInt, Field(ge=0)] = 7
-
-
-class Waves(Section):
-    """Waves: irregular sea of one or more directions."""
-
-    spectrum: Literal["jonswap", "pierson_moskowitz", "torsethaugen"] = "pierson_moskowitz"
-    significant_height: Annotated[Length, Field(ge=0)] = 7.08
-    peak_period: PositiveDuration = 14.52
-    peak_enhancement: Annotated[Ratio, Field(ge=1)] = 3.3
-    table: WaveTable | None = None
-    heading_deg: Heading = 21.6
-    directions: Annotated[StrictInt, Field(ge=1, le=32)] = 1
-    spreading_exponent: Annotated[Ratio, Field(gt=0)] = 10.0
-    generator: Literal["arma", "harmonic"] = "arma"
-    sampling_step: PositiveDuration = 0.5
-    orders: WaveOrders = WaveOrders()
-    seed: Seed | None = None
-    frequency_min: PositiveFrequency = 0.02
-    frequency_max: PositiveFrequency = 0.35
-    components: Annotated[StrictInt, Field(ge=1)] = 400
-    displaced_position: StrictBool = True
-
-    @model_validator(mode="after")
-    def _band_holds_the_peak(self) -> Self:
-        peak = 1.0 / self.peak_period if self.table is None else self.table.peak_frequency
-        if self.frequency_min >= self.frequency_max:
-            text = f"must be greater than frequency_min, {self.frequency_min:g} Hz"
-            raise problem(("frequency_max",), self.frequency_max, text)
-        what = "1/peak_period" if self.table is None else "of the table"
-        text = f"leaves out the peak of the spectrum at {peak:.4g} Hz, {what}: widen the band"
-        if peak <= self.frequency_min:
-            raise problem(("frequency_min",), self.frequency_min, text)
-        if peak >= self.frequency_max:
-            raise problem(("frequency_max",), self.frequency_max, text)
-        # The band of the filters ends a tenth above, and must lie below the Nyquist frequency of their step.
-        longest = 0.5 / (1.1 * self.frequency_max)
-        if self.generator == "arma" and self.sampling_step >= longest:
-            text = f"must be less than {longest:.4g} s for waves up to frequency_max, {self.frequency_max:g} Hz"
-            raise problem(("sampling_step",), self.sampling_step, text)
-        return self
-
-
-class Current(Section):
-    """Current, uniform with depth."""
-
-    speed: Annotated[Speed, Field(ge=0)] = 0.41
-    heading_deg: Heading = 96.0
-
-
-class Coupling(Section):
-    """How a value is found between and after a source's samples, where a connection does not say."""
-
-    filter: Filter = "cubic"
-    extrapolation: Extrapolation = "derivatives"
-
-
-class Component(Section):
-    """An FMU, its step, its parameters, and its own names for the contract's variables (`map`)."""
-
-    fmu: Annotated[StrictStr, Field(min_length=1)]
-    step: PositiveDuration
-    inputs_at: Literal["end", "middle", "start"] = "end"
-    parameters: dict[str, ParameterValue] = {}
-    map: dict[str, StrictStr] = {}
-
-    @field_validator("fmu")
-    @classmethod
-    def _builtin_or_file(cls, value: str) -> str:
-        known = [BUILTIN + name for name in BUILTIN_COMPONENTS]
-        if value not in known and (value.startswith(BUILTIN) or not value.endswith(".fmu")):
-            hint = nearest(value if value.startswith(BUILTIN) else BUILTIN + value, known)
-            raise ValueError(f"must be the path of an .fmu file or one of {', '.join(known)}{hint}")
-        return value
-
-    def own_name(self, variable: str) -> str:
-        """The FMU's own name of a contract variable."""
-        return self.map.get(variable, variable)
-
-
-class Connection(Section):
-    """Source of a target variable; None means the default of `[coupling]`."""
-
-    source: Annotated[StrictStr, Field(alias="from")]
-    filter: Filter | None = None
-    extrapolation: Extrapolation | None = None
-
-
-class Outputs(Section):
-    """Which signals are recorded (names or patterns), and from what time statistics are taken."""
-
-    signals: tuple[StrictStr, ...] = ("*",)
-    statistics_from: Annotated[Duration, Field(ge=0)] = 600.0
-
 
 STANDARD_COMPONENTS: dict[str, dict[str, Any]] = {
     "wind": {"fmu": "builtin:wind", "step": 1.0},

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.errors import FmuError, StepError, WiringError
+from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import FmuInstance, read_description
+from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.observers import MemoryRecorder
 from tlpsim.orchestrator.system import Component, Connection, System
 

@@ -23,7 +23,8 @@ from tlpsim.loads.wind.force import DECOMPOSITIONS
 from tlpsim.loads.wind.profile import PROFILES
 from tlpsim.orchestrator.system import EXTRAPOLATIONS
 from tlpsim.scenarios.reading import DEGREES_OF_FREEDOM, merge, parse_override
-from tlpsim.scenarios.schema import DRAFT, LARGEST_SEED, Coupling, Platform, Scenario, Waves, Wind, WindCoherence
+from tlpsim.scenarios.schema import Scenario
+from tlpsim.scenarios.sections import DRAFT, LARGEST_SEED, Coupling, Platform, Waves, Wind, WindCoherence
 
 TYPICAL = Path(tlpsim.scenarios.schema.__file__).with_name("typical_tlp.toml")
 
