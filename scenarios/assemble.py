@@ -1,7 +1,7 @@
 """From a scenario to a system: FMUs, their parameters, their wiring, and where the platform starts.
 
 The sections `[wind]`, `[waves]`, … become parameters of the component of that name. A built-in FMU has them all; of
-another FMU those are set that it has, and the others are noted. What `components.NAME.parameters` gives goes over
+another FMU those are set that it has, and a warning names the others. What `components.NAME.parameters` gives goes over
 them and must exist.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from tlpsim.fmus.tables import record_to_json
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import SolverError, TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
+from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
 from tlpsim.scenarios.schema import Scenario
@@ -81,10 +83,11 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
             ),
             connections=_connections(scenario),
         )
-        notes = [note for name in instances for note in _left_out(scenario, name, instances[name])]
+        for name in instances:
+            _warn_of_left_out(scenario, name, instances[name])
         yield Assembly(
             system=system,
-            notes=(*notes, *check(system)),
+            notes=tuple(check(system)),
             loops=tuple(frozenset(loop) for loop in loops(system)),
         )
     finally:
@@ -213,7 +216,7 @@ def _values(component: type[Fmi], parameters: Parameters) -> Callable[[str], Any
 
 
 def wind_loads(scenario: Scenario) -> WindLoads | None:
-    """The loads that the built-in wind FMU will make; None where the wind is another FMU or none.
+    """The loads that this project's wind FMU will make; None where the wind is another FMU or none.
 
     Raises
     ------
@@ -225,7 +228,7 @@ def wind_loads(scenario: Scenario) -> WindLoads | None:
     FilterFitWarning
         When that filter fits poorly.
     """
-    if not _is_builtin(scenario, "wind"):
+    if not _is_own(scenario, "wind"):
         return None
     from tlpsim.fmus.wind_fmu import TlpsimWind, wind_model
 
@@ -235,7 +238,7 @@ def wind_loads(scenario: Scenario) -> WindLoads | None:
 
 
 def wave_loads(scenario: Scenario) -> WaveLoads | None:
-    """The loads that the built-in wave FMU will make; None where the waves are another FMU or none.
+    """The loads that this project's wave FMU will make; None where the waves are another FMU or none.
 
     Raises
     ------
@@ -247,7 +250,7 @@ def wave_loads(scenario: Scenario) -> WaveLoads | None:
     FilterFitWarning
         When that filter fits poorly.
     """
-    if not _is_builtin(scenario, "wave"):
+    if not _is_own(scenario, "wave"):
         return None
     from tlpsim.fmus.wave_fmu import TlpsimWave, wave_model
 
@@ -256,10 +259,10 @@ def wave_loads(scenario: Scenario) -> WaveLoads | None:
         return wave_model(_values(TlpsimWave, _standard(scenario, "wave") | entry.parameters))
 
 
-def _left_out(scenario: Scenario, name: str, instance: FmuInstance) -> Iterator[str]:
+def _warn_of_left_out(scenario: Scenario, name: str, instance: FmuInstance) -> None:
     missing = [key for key in _standard(scenario, name) if key not in instance.variables]
     if missing:
-        yield f"{name}: the FMU has no parameters {', '.join(missing)}; its own values hold"
+        warnings.warn(f"{name}: the FMU has no parameters {', '.join(missing)}; its own values hold", stacklevel=3)
 
 
 # Start in equilibrium
@@ -268,9 +271,9 @@ def _left_out(scenario: Scenario, name: str, instance: FmuInstance) -> Iterator[
 def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters], wind: WindLoads | None) -> None:
     """Give the platform the position in which mean wind, current and tethers balance.
 
-    Only built-in components are looked into; where the platform is another FMU, it starts as it will.
+    Only this project's own FMUs are looked into; where the platform is another one, it starts as it will.
     """
-    if not _is_builtin(scenario, "platform") or any(
+    if not _is_own(scenario, "platform") or any(
         key.startswith("initial_position.") for key in scenario.components["platform"].parameters
     ):
         return
@@ -281,7 +284,7 @@ def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameter
     force: NDArray[np.float64] = np.zeros(6)
     if wind is not None:
         force += wind.mean_force()
-    if _is_builtin(scenario, "wave"):
+    if _is_own(scenario, "wave"):
         with _blamed_on("wave"):
             force += current_force(_values(TlpsimWave, parameters["wave"]))
     with _blamed_on("platform"):
@@ -304,6 +307,12 @@ def _blamed_on(name: str) -> Iterator[None]:
         raise type(error)(f"components.{name}: {error}") from error
 
 
-def _is_builtin(scenario: Scenario, name: str) -> bool:
+def _is_own(scenario: Scenario, name: str) -> bool:
+    """Whether a component of the contract is this project's own FMU, built in or from a file."""
     entry = scenario.components.get(name)
-    return entry is not None and entry.fmu == f"{BUILTIN}{name}"
+    if entry is None or name not in STANDARD:
+        return False
+    if entry.fmu.startswith(BUILTIN):
+        return entry.fmu == f"{BUILTIN}{name}"
+    description = read_description(_path(entry))
+    return description.generation_tool.startswith("tlpsim ") and description.model_name == f"Tlpsim{name.title()}"
