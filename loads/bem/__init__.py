@@ -1,0 +1,1 @@
+"""Diffraction, radiation and drift of waves on floating bodies by a boundary element method."""

@@ -1,0 +1,285 @@
+"""Parametric hulls: hemisphere, cylinder, box, and TLP hulls of columns and pontoons, as meshes of one quadrant.
+
+Nodes are clustered by a cosine to the edges, where the flow is singular; parts share their nodes, so that the meshes
+are watertight. A polygon of nodes at radius r holds less than the circle of radius R; r is enlarged so that
+
+    r² Σ sin Δθ = 2π R²                                                                                     (1)
+
+and a hemisphere is then stretched down to its volume, so that water plane and volume are both exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from tlpsim.loads.bem.mesh import Mesh, volumes, waterline_loops
+from tlpsim.loads.waves.airy import require_positive
+
+FloatArray = NDArray[np.float64]
+_FIXED_POINT_STEPS = 30
+
+LID_REACH = 0.7
+"""Part of the way from the centroid of a water plane to its rim that a lid covers."""
+
+
+def clustered(count: int) -> FloatArray:
+    """Nodes (count + 1,) in [0, 1], dense at both ends."""
+    return 0.5 * (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, count + 1)))
+
+
+def clustered_end(count: int) -> FloatArray:
+    """Nodes (count + 1,) in [0, 1], dense at 1."""
+    return np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, count + 1))
+
+
+def patch(nodes: FloatArray) -> FloatArray:
+    """Panels (m n, 4, 3) of a lattice of nodes (m + 1, n + 1, 3); the normal is ∂/∂m × ∂/∂n.
+
+    Where two corners of a cell coincide, the cell becomes a triangle.
+    """
+    quads = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=2).reshape(-1, 4, 3)
+    result = quads.copy()
+    scale = float(np.max(np.abs(nodes)))
+    for corner in range(4):
+        following = (corner + 1) % 4
+        same = np.linalg.norm(quads[:, corner] - quads[:, following], axis=1) < 1e-9 * scale
+        order = [(following + k) % 4 for k in range(3)]
+        result[same] = quads[same][:, [*order, order[-1]]]
+    return result
+
+
+def hemisphere(radius: float, polar: int, around: int) -> Mesh:
+    """Hemisphere below the water: `polar` rings from waterline to keel, `around` panels a quadrant, eq. (1)."""
+    require_positive("radius of the hemisphere", radius, "m")
+    even = np.linspace(0.0, 1.0, polar + 1)
+    # Rings half as high at the waterline as in the mean: waves are steepest there.
+    theta = 0.25 * np.pi * (even + 1.0 - np.cos(0.5 * np.pi * even))[:, None]
+    phi = 0.5 * np.pi * np.linspace(0.0, 1.0, around + 1)[None, :]
+    nodes = np.stack([np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi), -np.sin(theta) + 0.0 * phi], axis=-1)
+    mesh = Mesh(name="hemisphere", vertices=patch(nodes), planes=("x", "y"))
+    wide = polygon_radius(1.0, np.diff(phi[0]), 0.5 * np.pi)
+    high = 2.0 / 3.0 * np.pi / (volumes(mesh)[2] * wide**2)
+    scaled = radius * mesh.vertices * np.array([wide, wide, high])
+    return Mesh(name="hemisphere", vertices=scaled, planes=("x", "y"))
+
+
+def cylinder(radius: float, draft: float, around: int, down: int, across: int) -> Mesh:
+    """Upright cylinder: `around` panels a quadrant, `down` its side, `across` the radius of its bottom, eq. (1)."""
+    require_positive("radius and draft of the cylinder", [radius, draft], "m")
+    phi = 0.5 * np.pi * np.linspace(0.0, 1.0, around + 1)
+    ring = polygon_radius(radius, np.diff(phi), 0.5 * np.pi) * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
+    side = _wall(ring, -draft * clustered(down))
+    bottom = _disc(np.zeros(2), ring, -draft, across)
+    return Mesh(name="cylinder", vertices=np.concatenate([side, bottom]), planes=("x", "y"))
+
+
+def box(length: float, beam: float, draft: float, panel: float) -> Mesh:
+    """Box of length (x), beam (y) and draft, with panels of about the size `panel` (m), dense at its edges."""
+    require_positive("length, beam, draft and panel of the box", [length, beam, draft, panel], "m")
+    x = 0.5 * length * clustered_end(_count(length / 2.0, panel))
+    y = 0.5 * beam * clustered_end(_count(beam / 2.0, panel))
+    z = -draft * clustered(_count(draft, panel))
+    front = _wall(np.stack([np.full_like(y, length / 2.0), y], axis=-1), z)
+    side = _wall(np.stack([x[::-1], np.full_like(x, beam / 2.0)], axis=-1), z)
+    bottom = patch(_plane(y[:, None], x[None, :], -draft)[..., [1, 0, 2]])
+    return Mesh(name="box", vertices=np.concatenate([front, side, bottom]), planes=("x", "y"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TlpHull:
+    """A square hull: four round columns and four rectangular pontoons flush with the keel. Lengths in m."""
+
+    spacing: float
+    column_radius: float
+    draft: float
+    pontoon_width: float
+    pontoon_height: float
+
+
+ISSC_VOLUME = 53066.4
+"""Displaced volume of the published panelled ISSC hull (WAMIT test 07, .frc file), m³."""
+
+
+def issc_hull() -> TlpHull:
+    """ISSC TLP as published in panels: its column polygons, with vertices at 8.4396 m, hold less than their circle.
+
+    The round columns given back have the radius that gives the published volume, eq. (2):
+
+        V = 4 π R² d + 4 h ∫ (s - 2 √(R² - y²)) dy over the pontoon's width                                    (2)
+    """
+    spacing, draft, width, height = 86.25, 35.0, 7.5, 10.5
+
+    def excess(radius: float) -> float:
+        half = width / 2.0
+        chord = half * np.sqrt(radius**2 - half**2) + radius**2 * np.arcsin(half / radius)
+        return float(4.0 * np.pi * radius**2 * draft + 4.0 * height * (spacing * width - 2.0 * chord) - ISSC_VOLUME)
+
+    radius = float(brentq(excess, width / 2.0, spacing / 4.0))
+    return TlpHull(spacing=spacing, column_radius=radius, draft=draft, pontoon_width=width, pontoon_height=height)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proportions:
+    """Sizes of the panels of a TLP hull relative to the nominal one; an anisotropic mesh needs fewer of them.
+
+    `column_row` is the height of a row of a column, `pontoon_girth` the width of the panels around a pontoon and
+    `pontoon_length` their length along it.
+    """
+
+    column_row: float = 1.0
+    pontoon_girth: float = 1.0
+    pontoon_length: float = 1.5
+
+
+EVEN = Proportions()
+EDGES = Proportions(column_row=1.5, pontoon_girth=0.65, pontoon_length=2.5)
+"""Finer around the pontoons' edges, where the flow turns sharply: half the error at the same number of panels."""
+
+
+def tlp(hull: TlpHull, panel: float, proportions: Proportions = EVEN) -> Mesh:
+    """One quadrant of a TLP hull with panels of about the size `panel` (m), parts joined conformally, eq. (1)."""
+    require_positive(
+        "lengths of the hull",
+        [hull.spacing, hull.column_radius, hull.draft, hull.pontoon_width, hull.pontoon_height, panel],
+        "m",
+    )
+    centre = hull.spacing / 2.0
+    half = hull.pontoon_width / 2.0
+    across = _count(half, proportions.pontoon_girth * panel)
+    radius = hull.column_radius
+    for _ in range(_FIXED_POINT_STEPS):  # the nodes at the pontoon's corners keep its width as the polygon grows
+        arcs = _half_column(hull.column_radius, float(np.arcsin(half / radius)), across, panel)
+        radius = polygon_radius(hull.column_radius, np.concatenate([np.diff(arc) for arc in arcs]), np.pi)
+    rings = [centre + radius * np.stack([np.cos(arc), np.sin(arc)], axis=-1) for arc in arcs]
+    ring = np.concatenate([rings[0], rings[1][1:], rings[2][1:]])
+    top = hull.pontoon_height - hull.draft
+    upper = top * clustered(_count(-top, proportions.column_row * panel))
+    lower = top - hull.pontoon_height * clustered(_count(hull.pontoon_height, proportions.pontoon_girth * panel))
+    # The pontoon along x ends in the column's opening; its nodes run at constant y to the plane x = 0.
+    mouth = rings[1]
+    along = clustered_end(_count(float(np.min(mouth[:, 0])), proportions.pontoon_length * panel))
+    lines = np.stack([along[:, None] * mouth[None, :, 0], np.broadcast_to(mouth[:, 1], (len(along), len(mouth)))], -1)
+    parts = [
+        _wall(ring, upper),
+        _wall(rings[0], lower),
+        _wall(rings[2], lower),
+        _disc(np.full(2, centre), ring, -hull.draft, _count(radius, 1.2 * panel)),
+        _wall(lines[::-1, 0], lower),
+        _wall(lines[:, -1], lower),
+        patch(_lift(lines, -hull.draft)),
+        patch(_lift(lines[::-1], top)),
+    ]
+    octant = np.concatenate(parts)
+    mirrored = np.where(
+        np.all(octant[:, 2] == octant[:, 3], axis=1)[:, None, None], octant[:, [1, 0, 2, 2]], octant[:, [0, 3, 2, 1]]
+    )[..., [1, 0, 2]]
+    return Mesh(name="tlp", vertices=np.concatenate([octant, mirrored]), planes=("x", "y"))
+
+
+def _half_column(radius: float, opening: float, across: int, panel: float) -> list[FloatArray]:
+    """Arcs of the half column on one side of the diagonal x = y, from the outside (45°) to the inside (225°)."""
+    outside = _count(radius * (0.75 * np.pi - opening), panel)
+    inside = _count(radius * (np.pi / 4 - opening), panel)
+    mouth = 2 * across
+    return [
+        np.pi / 4 + (3 * np.pi / 4 - opening) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, outside + 1) ** 0.8),
+        np.pi - opening * np.cos(np.pi * np.linspace(0.0, 1.0, mouth + 1)),
+        np.pi + opening + (np.pi / 4 - opening) * np.linspace(0.0, 1.0, inside + 1),
+    ]
+
+
+def polygon_radius(radius: float, steps: FloatArray, angle: float) -> float:
+    """Radius of the nodes of a polygon with central angles `steps`, which sum to `angle`, eq. (1)."""
+    return float(radius * np.sqrt(angle / np.sum(np.sin(steps))))
+
+
+def lid(mesh: Mesh, rings: int) -> Mesh:
+    """Panels on the water plane inside a hull, against irregular frequencies; normals upwards.
+
+    Each closed loop of the waterline, completed by the planes of symmetry, is filled from its centroid by `rings`
+    rings out to `LID_REACH` of the way, so that loops must be star-shaped about their centroid. The rim is left out
+    since there the lid would disturb the panels of the waterline, and an absorbing lid need not cover all.
+    """
+    edges = waterline_loops(mesh)
+    parts = []
+    for loop in _loops(edges):
+        points = loop[:, :, :2].reshape(-1, 2)
+        centre = np.zeros(2)
+        for axis, plane in enumerate(("x", "y")):
+            # A loop that ends on a plane of symmetry goes on behind it: its centre lies on that plane.
+            crosses = plane in mesh.planes and np.min(np.abs(points[:, axis])) < 1e-6 * np.max(np.abs(points))
+            centre[axis] = 0.0 if crosses else _centroid(loop[:, :, :2])[axis]
+        nodes = LID_REACH * (1.0 - np.linspace(0.0, 1.0, rings + 1))
+        for start, end in loop[:, :, :2]:
+            rays = np.stack([centre + nodes[:, None] * (start - centre), centre + nodes[:, None] * (end - centre)], 1)
+            parts.append(_upward(patch(_lift(rays, 0.0))))
+    return Mesh(name=f"lid of {mesh.name}", vertices=np.concatenate(parts), planes=mesh.planes)
+
+
+def _upward(quads: FloatArray) -> FloatArray:
+    a, b, c, d = np.moveaxis(quads, 1, 0)
+    down = (np.cross(c - a, d - b))[:, 2] < 0.0
+    turned = np.where(
+        np.all(quads[:, 2] == quads[:, 3], axis=1)[:, None, None], quads[:, [1, 0, 2, 2]], quads[:, [0, 3, 2, 1]]
+    )
+    return np.where(down[:, None, None], turned, quads)
+
+
+def _centroid(edges: FloatArray) -> FloatArray:
+    """Area centroid (2,) of a closed loop of edges (m, 2, 2)."""
+    a, b = edges[:, 0], edges[:, 1]
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return np.sum((a + b) * twice[:, None], axis=0) / (3.0 * np.sum(twice))
+
+
+def _loops(edges: FloatArray) -> list[FloatArray]:
+    """Connected chains of edges (m, 2, 3)."""
+    if not len(edges):
+        return []
+    scale = float(np.max(np.abs(edges))) or 1.0
+    keys = np.round(edges[:, :, :2] / (1e-6 * scale)).astype(np.int64)
+    label = np.arange(len(edges))
+    ends: dict[tuple[int, int], list[int]] = {}
+    for index, pair in enumerate(keys):
+        for key in pair:
+            ends.setdefault((int(key[0]), int(key[1])), []).append(index)
+    changed = True
+    while changed:
+        changed = False
+        for members in ends.values():
+            lowest = min(label[m] for m in members)
+            for m in members:
+                if label[m] != lowest:
+                    label[m] = lowest
+                    changed = True
+    return [edges[label == value] for value in np.unique(label)]
+
+
+def _count(length: float, panel: float) -> int:
+    return max(1, round(length / panel))
+
+
+def _lift(points: FloatArray, height: float) -> FloatArray:
+    return np.concatenate([points, np.full((*points.shape[:-1], 1), height)], axis=-1)
+
+
+def _plane(first: FloatArray, second: FloatArray, height: float) -> FloatArray:
+    a, b = np.broadcast_arrays(first, second)
+    return np.stack([a, b, np.full_like(a, height)], axis=-1)
+
+
+def _wall(line: FloatArray, heights: FloatArray) -> FloatArray:
+    """Vertical wall over a line (m, 2) that keeps the body on its left, heights falling."""
+    nodes = np.stack([np.concatenate([line, np.full((len(line), 1), z)], axis=1) for z in heights])
+    return patch(nodes)
+
+
+def _disc(centre: FloatArray, ring: FloatArray, height: float, rings: int) -> FloatArray:
+    """Bottom (normal down) between a centre and an anticlockwise ring (m, 2)."""
+    inwards = 1.0 - (1.0 - np.cos(0.5 * np.pi * np.linspace(0.0, 1.0, rings + 1)))
+    nodes = centre + inwards[:, None, None] * (ring - centre)
+    return patch(_lift(nodes, height))

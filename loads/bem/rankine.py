@@ -1,0 +1,144 @@
+"""Integrals of 1/r and of its normal derivative over flat panels, in closed form.
+
+For a panel in a plane at signed height h = n · (x - c) under the field point x, with edges from a to b of length l at
+signed distance d (positive inside) from the point's projection,
+
+    ∫ 1/r dS = Σ d ln((r_a + r_b + l) / (r_a + r_b - l)) - h Ω                                              (1)
+    ∫ ∂/∂n_ξ (1/r) dS = Ω                                                                                   (2)
+
+where Ω is the solid angle of the panel with the sign of h, from its two triangles by
+tan(Ω/2) = u · (v × w) / (u v w + ...) (van Oosterom and Strackee 1983); (1) is that of Hess and Smith (1964) and
+Newman (1986). Beyond `FAR` times the panel's diagonal both follow from the panel's area and second moments.
+"""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+FAR = 8.0
+"""Distance, in panel diagonals, from which the multipole with second moments replaces (1) and (2): 1e-6 relative."""
+CLOSE = 3.0
+"""Distance, in panel diagonals, up to which integrals are averaged over the field panel."""
+
+
+@njit(cache=True)
+def _solid_angle(ux, uy, uz, vx, vy, vz, wx, wy, wz, nu, nv, nw):  # type: ignore[no-untyped-def]
+    """Solid angle of a triangle with corners u, v, w from the field point, positive if seen anticlockwise."""
+    triple = ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
+    below = (
+        nu * nv * nw
+        + (ux * vx + uy * vy + uz * vz) * nw
+        + (ux * wx + uy * wy + uz * wz) * nv
+        + (vx * wx + vy * wy + vz * wz) * nu
+    )
+    return -2.0 * np.arctan2(triple, below)
+
+
+@njit(cache=True)
+def panel_integrals(x, y, z, corners, normal, centre, area, size, moments):  # type: ignore[no-untyped-def]
+    """∫ 1/r dS and ∫ ∂/∂n_ξ 1/r dS over one panel, eqs. (1), (2), seen from (x, y, z).
+
+    `corners` (4, 3) are anticlockwise about `normal`; `moments` (6,) are the second moments xx, yy, zz, xy, xz, yz.
+    In the panel itself the second integral is its principal value, zero.
+    """
+    dx, dy, dz = x - centre[0], y - centre[1], z - centre[2]
+    height = dx * normal[0] + dy * normal[1] + dz * normal[2]
+    square = dx * dx + dy * dy + dz * dz
+    if square > (FAR * size) ** 2:
+        inverse2 = 1.0 / square
+        inverse = np.sqrt(inverse2)
+        trace = moments[0] + moments[1] + moments[2]
+        qx = moments[0] * dx + moments[3] * dy + moments[4] * dz
+        qy = moments[3] * dx + moments[1] * dy + moments[5] * dz
+        qz = moments[4] * dx + moments[5] * dy + moments[2] * dz
+        quadratic = (qx * dx + qy * dy + qz * dz) * inverse2
+        inverse3 = inverse * inverse2
+        source = area * inverse + 0.5 * inverse3 * (3.0 * quadratic - trace)
+        cross = qx * normal[0] + qy * normal[1] + qz * normal[2]
+        dipole = inverse3 * (area * height + inverse2 * (1.5 * height * (5.0 * quadratic - trace) - 3.0 * cross))
+        return source, dipole
+    source = 0.0
+    for k in range(4):
+        m = (k + 1) % 4
+        ax, ay, az = corners[k, 0] - x, corners[k, 1] - y, corners[k, 2] - z
+        bx, by, bz = corners[m, 0] - x, corners[m, 1] - y, corners[m, 2] - z
+        ex, ey, ez = bx - ax, by - ay, bz - az
+        length = np.sqrt(ex * ex + ey * ey + ez * ez)
+        if length < 1e-12 * size:
+            continue
+        ra = np.sqrt(ax * ax + ay * ay + az * az)
+        rb = np.sqrt(bx * bx + by * by + bz * bz)
+        # Distance of the projection from the edge: (a × e) · n / l, positive to the left of the edge.
+        distance = (
+            (ay * ez - az * ey) * normal[0] + (az * ex - ax * ez) * normal[1] + (ax * ey - ay * ex) * normal[2]
+        ) / length
+        gap = ra + rb - length
+        if gap > 1e-14 * length and abs(distance) > 1e-14 * size:
+            source += distance * np.log((ra + rb + length) / gap)
+    if abs(height) <= 1e-10 * size:
+        return source, 0.0
+    ux, uy, uz = corners[0, 0] - x, corners[0, 1] - y, corners[0, 2] - z
+    vx, vy, vz = corners[1, 0] - x, corners[1, 1] - y, corners[1, 2] - z
+    wx, wy, wz = corners[2, 0] - x, corners[2, 1] - y, corners[2, 2] - z
+    tx, ty, tz = corners[3, 0] - x, corners[3, 1] - y, corners[3, 2] - z
+    nu = np.sqrt(ux * ux + uy * uy + uz * uz)
+    nv = np.sqrt(vx * vx + vy * vy + vz * vz)
+    nw = np.sqrt(wx * wx + wy * wy + wz * wz)
+    nt = np.sqrt(tx * tx + ty * ty + tz * tz)
+    angle = _solid_angle(ux, uy, uz, vx, vy, vz, wx, wy, wz, nu, nv, nw)
+    angle += _solid_angle(ux, uy, uz, wx, wy, wz, tx, ty, tz, nu, nw, nt)
+    return source - height * angle, angle
+
+
+@njit(cache=True, parallel=True)
+def influence(  # type: ignore[no-untyped-def]
+    points, places, weights, sign_x, sign_y, sign_z, shift, corners, normal, centre, area, size, moments
+):
+    """Matrices (points, panels) of both integrals, the field points moved to (±x, ±y, ±z + shift).
+
+    A panel's integral seen from a mirrored point is the mirrored panel's integral seen from the point. Within `CLOSE`
+    diagonals the integral is the mean over the field panel, by its Gauss points `places` (points, q, 3) with `weights`
+    (points, q), the sum of which is 1: Galerkin's method, which converges faster than collocation at edges.
+    """
+    count, sources = points.shape[0], centre.shape[0]
+    single = np.empty((count, sources))
+    double = np.empty((count, sources))
+    for i in prange(count):
+        x, y, z = sign_x * points[i, 0], sign_y * points[i, 1], sign_z * points[i, 2] + shift
+        for j in range(sources):
+            square = (x - centre[j, 0]) ** 2 + (y - centre[j, 1]) ** 2 + (z - centre[j, 2]) ** 2
+            if square > (CLOSE * size[j]) ** 2:
+                single[i, j], double[i, j] = panel_integrals(
+                    x, y, z, corners[j], normal[j], centre[j], area[j], size[j], moments[j]
+                )
+                continue
+            first, second = 0.0, 0.0
+            for q in range(places.shape[1]):
+                one, two = panel_integrals(
+                    sign_x * places[i, q, 0],
+                    sign_y * places[i, q, 1],
+                    sign_z * places[i, q, 2] + shift,
+                    corners[j],
+                    normal[j],
+                    centre[j],
+                    area[j],
+                    size[j],
+                    moments[j],
+                )
+                first += weights[i, q] * one
+                second += weights[i, q] * two
+            single[i, j], double[i, j] = first, second
+    return single, double
+
+
+def second_moments(corners: FloatArray, centre: FloatArray) -> FloatArray:
+    """Second moments (n, 6) of flat panels about their centres: xx, yy, zz, xy, xz, yz in m⁴."""
+    a, b, c, d = np.moveaxis(corners - centre[:, None, :], 1, 0)
+    result = np.zeros((len(corners), 3, 3))
+    for p, q, r in ((a, b, c), (a, c, d)):
+        weight = np.linalg.norm(np.cross(q - p, r - p), axis=1) / 2.0
+        middles = np.stack([(p + q) / 2.0, (q + r) / 2.0, (r + p) / 2.0])
+        result += np.einsum("p,mpi,mpj->pij", weight / 3.0, middles, middles)
+    return np.stack([result[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))], axis=1)
