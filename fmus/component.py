@@ -101,6 +101,26 @@ def six(
     )
 
 
+def real_parameter(name: str, unit: str, start: float, description: str) -> Variable:
+    """Real parameter with a unit."""
+    return Variable(name=name, causality="parameter", unit=unit, start=start, description=description)
+
+
+def integer_parameter(name: str, start: int, description: str) -> Variable:
+    """Integer parameter."""
+    return Variable(name=name, causality="parameter", kind="Integer", start=start, description=description)
+
+
+def boolean_parameter(name: str, start: bool, description: str) -> Variable:
+    """Boolean parameter."""
+    return Variable(name=name, causality="parameter", kind="Boolean", start=start, description=description)
+
+
+def text_parameter(name: str, start: str, description: str) -> Variable:
+    """String parameter."""
+    return Variable(name=name, causality="parameter", kind="String", start=start, description=description)
+
+
 class Component(Fmi2Slave):
     """An FMU whose variables are the rows of the class's `table`.
 

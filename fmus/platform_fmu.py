@@ -18,7 +18,15 @@ from typing import Any  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from tlpsim.fmus.component import DEGREES_OF_FREEDOM, Component, Variable, six  # noqa: E402
+from tlpsim.fmus.component import (  # noqa: E402
+    DEGREES_OF_FREEDOM,
+    Component,
+    Variable,
+    boolean_parameter,
+    real_parameter,
+    six,
+    text_parameter,
+)
 from tlpsim.fmus.tables import matrix_from_json, record_from_json  # noqa: E402
 from tlpsim.loads import issc_tlp  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
@@ -45,10 +53,6 @@ def _vector(name: str, unit: str, values: Any, description: str) -> tuple[Variab
         )
         for axis, value in zip("xyz", values, strict=False)
     )
-
-
-def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
-    return Variable(name=name, causality="parameter", unit=unit, start=value, description=description)
 
 
 def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
@@ -107,57 +111,38 @@ class TlpsimPlatform(Component):
             )
             for i in range(TENSIONS)
         ),
-        _scalar("mass", "kg", _BODY.mass, "mass of the platform without added mass"),
+        real_parameter("mass", "kg", _BODY.mass, "mass of the platform without added mass"),
         *_vector("centre_of_gravity", "m", _BODY.centre_of_gravity, "from the reference point"),
         *_vector("inertia", "kg.m2", np.diag(_BODY.inertia), "moment of inertia about the centre of gravity"),
-        _scalar("displaced_volume", "m3", _BODY.displaced_volume, "displaced volume at zero position"),
+        real_parameter("displaced_volume", "m3", _BODY.displaced_volume, "displaced volume at zero position"),
         *_vector("centre_of_buoyancy", "m", _BODY.centre_of_buoyancy, "from the reference point"),
-        _scalar("waterplane_area", "m2", _BODY.waterplane_area, "waterplane area"),
+        real_parameter("waterplane_area", "m2", _BODY.waterplane_area, "waterplane area"),
         *_vector(
             "waterplane_moment",
             "m4",
             _BODY.waterplane_moments,
             "second moment of the waterplane about the axis",
         ),
-        _scalar("water_density", "kg/m3", _BODY.water_density, "density of the water"),
-        _scalar("gravity", "m/s2", _BODY.gravity, "acceleration of gravity"),
+        real_parameter("water_density", "kg/m3", _BODY.water_density, "density of the water"),
+        real_parameter("gravity", "m/s2", _BODY.gravity, "acceleration of gravity"),
         *(
-            _scalar(f"damping_ratio.{degree}", "1", ratio, "linear damping, fraction of critical")
+            real_parameter(f"damping_ratio.{degree}", "1", ratio, "linear damping, fraction of critical")
             for degree, ratio in zip(DEGREES_OF_FREEDOM, issc_tlp.DAMPING_RATIOS, strict=True)
         ),
         *six("initial_position", "parameter", "position at the start", _MOTION),
         *six("initial_velocity", "parameter", "velocity at the start", ("m/s", "rad/s")),
         *(
-            Variable(
-                name=f"free.{degree}",
-                causality="parameter",
-                kind="Boolean",
-                start=True,
-                description="false holds this degree of freedom at its initial position",
-            )
+            boolean_parameter(f"free.{degree}", True, "false holds this degree of freedom at its initial position")
             for degree in DEGREES_OF_FREEDOM
         ),
-        Variable(
-            name="integrator",
-            causality="parameter",
-            kind="String",
-            start="fox_goodwin",
-            description="fox_goodwin, central_difference or average_acceleration",
+        text_parameter("integrator", "fox_goodwin", "fox_goodwin, central_difference or average_acceleration"),
+        text_parameter(
+            "added_mass", "", "JSON list of 6 lists of 6 (kg, kg.m, kg.m2), about the reference point; empty: ISSC TLP"
         ),
-        Variable(
-            name="added_mass",
-            causality="parameter",
-            kind="String",
-            start="",
-            description="JSON list of 6 lists of 6 (kg, kg.m, kg.m2), about the reference point; empty: ISSC TLP",
-        ),
-        Variable(
-            name="tendons",
-            causality="parameter",
-            kind="String",
-            start="",
-            description="JSON object of columns fairleads, anchors (m), axial_stiffness, pretension (N); "
-            "empty: ISSC TLP",
+        text_parameter(
+            "tendons",
+            "",
+            "JSON object of columns fairleads, anchors (m), axial_stiffness, pretension (N); empty: ISSC TLP",
         ),
     )
 

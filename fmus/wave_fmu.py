@@ -20,7 +20,15 @@ from typing import Any  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from tlpsim.fmus.component import Component, Variable, six  # noqa: E402
+from tlpsim.fmus.component import (  # noqa: E402
+    Component,
+    Variable,
+    boolean_parameter,
+    integer_parameter,
+    real_parameter,
+    six,
+    text_parameter,
+)
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
@@ -41,14 +49,6 @@ from tlpsim.loads.waves.spectra import SpectrumTable  # noqa: E402
 
 _FORCE = ("N", "N.m")
 _MOTION = ("position.*", "velocity.*")
-
-
-def _whole(name: str, value: int, description: str) -> Variable:
-    return Variable(name=name, causality="parameter", kind="Integer", start=value, description=description)
-
-
-def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
-    return Variable(name=name, causality="parameter", unit=unit, start=value, description=description)
 
 
 def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
@@ -146,66 +146,48 @@ class TlpsimWave(Component):
             description="undisturbed wave elevation at the platform's reference point",
             depends_on=("position.*",),
         ),
-        _scalar("significant_height", "m", 7.0, "Hs; zero is calm water, whatever the spectrum"),
-        _scalar("peak_period", "s", 14.0, "Tp"),
-        _scalar("peak_enhancement", "1", 3.3, "gamma of the JONSWAP spectrum"),
-        _scalar("heading", "rad", 0.0, "mean direction toward which the waves travel"),
-        _scalar("spreading_exponent", "1", 10.0, "s of the cos-2s spreading; no effect with one direction"),
-        _scalar("frequency_min", "Hz", 0.02, "lowest wave frequency of the generator harmonic"),
-        _scalar("frequency_max", "Hz", 0.35, "highest wave frequency"),
-        _scalar(
+        real_parameter("significant_height", "m", 7.0, "Hs; zero is calm water, whatever the spectrum"),
+        real_parameter("peak_period", "s", 14.0, "Tp"),
+        real_parameter("peak_enhancement", "1", 3.3, "gamma of the JONSWAP spectrum"),
+        real_parameter("heading", "rad", 0.0, "mean direction toward which the waves travel"),
+        real_parameter("spreading_exponent", "1", 10.0, "s of the cos-2s spreading; no effect with one direction"),
+        real_parameter("frequency_min", "Hz", 0.02, "lowest wave frequency of the generator harmonic"),
+        real_parameter("frequency_max", "Hz", 0.35, "highest wave frequency"),
+        real_parameter(
             "sampling_step",
             "s",
             DEFAULT_SAMPLING_STEP,
             "time between samples of the elevation of the generator arma; the realization does not depend on the "
             "macro step",
         ),
-        _scalar("water_depth", "m", 450.0, "depth of the water"),
-        _scalar("water_density", "kg/m3", SEA_WATER_DENSITY, "density of the water"),
-        _scalar("gravity", "m/s2", STANDARD_GRAVITY, "acceleration of gravity"),
-        _scalar("current_speed", "m/s", 0.0, "speed of the current, uniform over the depth"),
-        _scalar("current_heading", "rad", 0.0, "direction toward which the current flows"),
-        _whole("directions", 1, "number of long-crested seas that make up the sea; 1 is long-crested"),
-        _whole("components", 400, "number of components a direction, of the generator harmonic"),
-        _whole("orders.long", DEFAULT_ORDERS.long, "order of the autoregression that the ARMA model is matched to"),
-        _whole("orders.autoregressive", DEFAULT_ORDERS.autoregressive, "order p of the ARMA(p, q) elevation"),
-        _whole("orders.moving_average", DEFAULT_ORDERS.moving_average, "order q of the ARMA(p, q) elevation"),
-        _whole("seed", 1, "realization"),
-        Variable(
-            name="displaced_position",
-            causality="parameter",
-            kind="Boolean",
-            start=True,
-            description="take the waves at the platform's displaced position",
+        real_parameter("water_depth", "m", 450.0, "depth of the water"),
+        real_parameter("water_density", "kg/m3", SEA_WATER_DENSITY, "density of the water"),
+        real_parameter("gravity", "m/s2", STANDARD_GRAVITY, "acceleration of gravity"),
+        real_parameter("current_speed", "m/s", 0.0, "speed of the current, uniform over the depth"),
+        real_parameter("current_heading", "rad", 0.0, "direction toward which the current flows"),
+        integer_parameter("directions", 1, "number of long-crested seas that make up the sea; 1 is long-crested"),
+        integer_parameter("components", 400, "number of components a direction, of the generator harmonic"),
+        integer_parameter("orders.long", DEFAULT_ORDERS.long, "order of the long autoregression"),
+        integer_parameter("orders.autoregressive", DEFAULT_ORDERS.autoregressive, "p of the ARMA(p, q) elevation"),
+        integer_parameter("orders.moving_average", DEFAULT_ORDERS.moving_average, "q of the ARMA(p, q) elevation"),
+        integer_parameter("seed", 1, "realization"),
+        boolean_parameter("displaced_position", True, "take the waves at the platform's displaced position"),
+        text_parameter(
+            "spectrum", "jonswap", "wave spectrum: jonswap, pierson_moskowitz or torsethaugen (wind sea and swell)"
         ),
-        Variable(
-            name="spectrum",
-            causality="parameter",
-            kind="String",
-            start="jonswap",
-            description="wave spectrum: jonswap, pierson_moskowitz or torsethaugen (wind sea and swell)",
-        ),
-        Variable(
-            name="spectrum_table",
-            causality="parameter",
-            kind="String",
-            start="",
-            description="JSON object of columns frequency (Hz) and density (m2/Hz) instead of the spectrum, its height "
+        text_parameter(
+            "spectrum_table",
+            "",
+            "JSON object of columns frequency (Hz) and density (m2/Hz) instead of the spectrum, its height "
             "and its period; empty: none",
         ),
-        Variable(
-            name="generator",
-            causality="parameter",
-            kind="String",
-            start="arma",
-            description="how the sea is made: arma (digital filters) or harmonic (sum of components)",
+        text_parameter(
+            "generator", "arma", "how the sea is made: arma (digital filters) or harmonic (sum of components)"
         ),
-        Variable(
-            name="members",
-            causality="parameter",
-            kind="String",
-            start="",
-            description="JSON object of the columns of the members' table (start, end, across, width, area, "
+        text_parameter(
+            "members",
+            "",
+            "JSON object of the columns of the members' table (start, end, across, width, area, "
             "drag_coefficient, added_mass_coefficient, end_pressure, end_added_mass_coefficient); empty: ISSC TLP",
         ),
     )

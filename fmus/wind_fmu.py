@@ -17,7 +17,14 @@ from typing import Any  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from tlpsim.fmus.component import Component, Variable, six  # noqa: E402
+from tlpsim.fmus.component import (  # noqa: E402
+    Component,
+    Variable,
+    integer_parameter,
+    real_parameter,
+    six,
+    text_parameter,
+)
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.filters.arma import Orders  # noqa: E402
@@ -29,18 +36,6 @@ from tlpsim.loads.wind.force import DECOMPOSITIONS, DEFAULT_AIR_DENSITY, WindLoa
 from tlpsim.loads.wind.profile import PROFILES, Profile  # noqa: E402
 from tlpsim.loads.wind.segments import Boxes, Segments, projected_segments  # noqa: E402
 from tlpsim.loads.wind.spectra import SPECTRA  # noqa: E402
-
-
-def _scalar(name: str, unit: str, value: float, description: str) -> Variable:
-    return Variable(name=name, causality="parameter", unit=unit, start=value, description=description)
-
-
-def _whole(name: str, value: int, description: str) -> Variable:
-    return Variable(name=name, causality="parameter", kind="Integer", start=value, description=description)
-
-
-def _text(name: str, value: str, description: str) -> Variable:
-    return Variable(name=name, causality="parameter", kind="String", start=value, description=description)
 
 
 def wind_model(parameter: Callable[[str], Any]) -> WindLoads:
@@ -99,35 +94,35 @@ class TlpsimWind(Component):
             unit="m/s",
             description="wind speed, area-weighted mean over the segments",
         ),
-        _scalar("mean_speed", "m/s", 20.0, "mean at 10 m height; zero is still air"),
-        _scalar("heading", "rad", 0.0, "direction toward which the wind blows"),
-        _scalar("profile_exponent", "1", 0.12, "exponent of the power profile"),
-        _scalar("roughness", "m", 0.001, "roughness length z0 of the profile, and of the friction velocity"),
-        _scalar("air_density", "kg/m3", DEFAULT_AIR_DENSITY, "density of the air"),
-        _scalar("coherence.lateral", "1", 16.0, "Davenport's decay coefficient across the wind"),
-        _scalar("coherence.vertical", "1", 10.0, "Davenport's decay coefficient in height"),
-        _scalar("coherence.longitudinal", "1", 0.0, "Davenport's decay coefficient along the wind"),
-        _scalar(
+        real_parameter("mean_speed", "m/s", 20.0, "mean at 10 m height; zero is still air"),
+        real_parameter("heading", "rad", 0.0, "direction toward which the wind blows"),
+        real_parameter("profile_exponent", "1", 0.12, "exponent of the power profile"),
+        real_parameter("roughness", "m", 0.001, "roughness length z0 of the profile, and of the friction velocity"),
+        real_parameter("air_density", "kg/m3", DEFAULT_AIR_DENSITY, "density of the air"),
+        real_parameter("coherence.lateral", "1", 16.0, "Davenport's decay coefficient across the wind"),
+        real_parameter("coherence.vertical", "1", 10.0, "Davenport's decay coefficient in height"),
+        real_parameter("coherence.longitudinal", "1", 0.0, "Davenport's decay coefficient along the wind"),
+        real_parameter(
             "sampling_step",
             "s",
             1.0,
             "time between samples of the gusts; the realization does not depend on the macro step",
         ),
-        _whole("orders.long", DEFAULT_ORDERS.long, "order of the long autoregression"),
-        _whole("orders.autoregressive", DEFAULT_ORDERS.autoregressive, "autoregressive order of the ARMA model"),
-        _whole("orders.moving_average", DEFAULT_ORDERS.moving_average, "moving-average order of the ARMA model"),
-        _whole("seed", 1, "realization"),
-        _text("profile", "logarithmic", "mean speed over height: " + ", ".join(PROFILES)),
-        _text("spectrum", "kaimal", "spectrum of the gusts: " + ", ".join(SPECTRA)),
-        _text("coherence.model", "davenport", "coherence of the gusts: " + ", ".join(COHERENCES)),
-        _text("admittance", "none", "aerodynamic admittance of the segments: " + ", ".join(ADMITTANCES)),
-        _text("decomposition", "full", "of the force: " + ", ".join(DECOMPOSITIONS)),
-        _text(
+        integer_parameter("orders.long", DEFAULT_ORDERS.long, "order of the long autoregression"),
+        integer_parameter("orders.autoregressive", DEFAULT_ORDERS.autoregressive, "p of the ARMA(p, q) gusts"),
+        integer_parameter("orders.moving_average", DEFAULT_ORDERS.moving_average, "q of the ARMA(p, q) gusts"),
+        integer_parameter("seed", 1, "realization"),
+        text_parameter("profile", "logarithmic", "mean speed over height: " + ", ".join(PROFILES)),
+        text_parameter("spectrum", "kaimal", "spectrum of the gusts: " + ", ".join(SPECTRA)),
+        text_parameter("coherence.model", "davenport", "coherence of the gusts: " + ", ".join(COHERENCES)),
+        text_parameter("admittance", "none", "aerodynamic admittance of the segments: " + ", ".join(ADMITTANCES)),
+        text_parameter("decomposition", "full", "of the force: " + ", ".join(DECOMPOSITIONS)),
+        text_parameter(
             "segments",
             "",
             "JSON object of columns position (m), area (m2), shape_coefficient; empty: six segments, 3000 m2",
         ),
-        _text(
+        text_parameter(
             "boxes",
             "",
             "JSON object of columns position, size (m), shape_coefficient: boxes whose projections are the segments",
