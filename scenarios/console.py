@@ -18,6 +18,7 @@ from tlpsim.orchestrator.observers import Observer
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.description import FmuDescription
+    from tlpsim.orchestrator.system import System
     from tlpsim.scenarios.assemble import Assembly
     from tlpsim.scenarios.results import Results
     from tlpsim.scenarios.schema import Scenario
@@ -37,6 +38,10 @@ class ProgressBar(Observer):
         self._task = progress.add_task("starting", total=duration, speed="")
         self._samples = 0
         self._began = self._drawn = monotonic()
+
+    def started(self, system: System) -> None:
+        """Take the time from here: loading is over."""
+        self._began = monotonic()
 
     def sampled(self, index: int, time: int, values: NDArray[np.float64]) -> None:
         """Draw when it is time to."""
