@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
@@ -37,14 +38,21 @@ class ProgressBar(Observer):
         self._progress = progress
         self._task = progress.add_task("starting", total=duration, speed="")
         self._samples = 0
+        self._interrupted = False
         self._began = self._drawn = monotonic()
+
+    def interrupt(self, *_: object) -> None:
+        """Handler of Ctrl-C: the run ends at the next sample, since an exception inside an FMU would be its failure."""
+        self._interrupted = True
 
     def started(self, system: System) -> None:
         """Take the time from here: loading is over."""
         self._began = monotonic()
 
     def sampled(self, index: int, time: int, values: NDArray[np.float64]) -> None:
-        """Draw when it is time to."""
+        """Draw when it is time to; end the run when it was interrupted."""
+        if self._interrupted:
+            raise KeyboardInterrupt
         self._samples += 1
         if self._samples % LOOK:
             return
@@ -64,12 +72,17 @@ class ProgressBar(Observer):
 
 @contextmanager
 def progress_bar(duration: float) -> Iterator[ProgressBar]:
-    """Progress bar on the error stream, for a run of so many simulated seconds."""
+    """Progress bar on the error stream, for a run of so many simulated seconds; Ctrl-C ends the run in good order."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[speed]}"), TimeRemainingColumn())
     # Drawn by hand: a drawing thread would take time from the FMUs, which run in this process.
     quiet = not messages.is_terminal
     with Progress(*columns, console=messages, auto_refresh=False, transient=True, disable=quiet) as progress:
-        yield ProgressBar(progress, duration)
+        bar = ProgressBar(progress, duration)
+        before = signal.signal(signal.SIGINT, bar.interrupt)
+        try:
+            yield bar
+        finally:
+            signal.signal(signal.SIGINT, before)
 
 
 def print_summary(results: Results) -> None:
