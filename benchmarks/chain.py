@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from report import Row, at_least, at_most, main, within
 
 from tlpsim.fmus.build import build
-from tlpsim.fmus.component import DEGREES_OF_FREEDOM
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import StepError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.execution import run

@@ -14,7 +14,7 @@ from chain import motions
 from numpy.typing import NDArray
 from report import Row, at_most, main
 
-from tlpsim.fmus.component import DEGREES_OF_FREEDOM
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.filters.convolution import kernel_response, quadrature
 from tlpsim.loads.filters.model import spectrum
 from tlpsim.loads.hydro.excitation import WaveLoads

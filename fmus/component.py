@@ -31,9 +31,8 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.osutil import get_lib_extension, get_platform
 
 from tlpsim.fmus.version import built_version
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import FmuError
-
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 # Exponents of the SI base units, as FMI 2.0 writes them (section 2.2.2).
 UNITS: dict[str, dict[str, int]] = {

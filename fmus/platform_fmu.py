@@ -19,7 +19,6 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from tlpsim.fmus.component import (  # noqa: E402
-    DEGREES_OF_FREEDOM,
     Component,
     Variable,
     boolean_parameter,
@@ -29,6 +28,7 @@ from tlpsim.fmus.component import (  # noqa: E402
 )
 from tlpsim.fmus.tables import matrix_from_json, record_from_json  # noqa: E402
 from tlpsim.loads import issc_tlp  # noqa: E402
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.platform.body import Body  # noqa: E402
 from tlpsim.loads.platform.equilibrium import damping_from_ratios  # noqa: E402

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from tlpsim.fmus.build import built_in
-from tlpsim.fmus.component import DEGREES_OF_FREEDOM
 from tlpsim.fmus.component import Component as Fmi
 from tlpsim.fmus.tables import record_to_json
 from tlpsim.loads import issc_tlp
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import SolverError, TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.description import read_description

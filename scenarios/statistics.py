@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tlpsim.scenarios.reading import DEGREES_OF_FREEDOM
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.scenarios.results import Results, ResultsError
 
 BAND_EDGES = (0.022, 0.2)  # Hz, Li and Kareem (1990), Table I

@@ -29,7 +29,6 @@ FAST = {"nsz", "arcp", "contract", "afn", "reassoc"}  # without the assumption t
 _TILE = 16
 NEAR = 4.0  # panel diagonals from the image within which 2 x 2 points are taken
 NEXT = 1.0  # and 4 x 4 points
-LONG = 0.7  # K times the diagonal from which 2 x 2 points are taken everywhere
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

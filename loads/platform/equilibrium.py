@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy
 from tlpsim.loads.platform.motion import PlatformModel, PlatformState, restoring_force, tangent_stiffness
 from tlpsim.loads.platform.tendons import tendon_energy
 
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 LARGEST_INCREMENTS = 64
 LARGEST_ITERATION = 30
 

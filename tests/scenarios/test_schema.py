@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 import tlpsim.scenarios.schema
 from tlpsim.loads import issc_tlp
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.filters.interpolation import SYMMETRIC
 from tlpsim.loads.waves import spectra as wave_spectra
@@ -22,7 +23,7 @@ from tlpsim.loads.wind.coherence import COHERENCES
 from tlpsim.loads.wind.force import DECOMPOSITIONS
 from tlpsim.loads.wind.profile import PROFILES
 from tlpsim.orchestrator.system import EXTRAPOLATIONS
-from tlpsim.scenarios.reading import DEGREES_OF_FREEDOM, merge, parse_override
+from tlpsim.scenarios.reading import merge, parse_override
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.sections import DRAFT, LARGEST_SEED, Coupling, Platform, Waves, Wind, WindCoherence
 
