@@ -19,6 +19,16 @@ free surface both keep a logarithm, -2 K ln(K (r1 - z - zeta)/2), integrable ove
 """
 
 from tlpsim.loads.bem.green_deep import DeepTable, deep_table, deep_wave
-from tlpsim.loads.bem.green_finite import FiniteTable, bottom_wave, finite_table, finite_wave
+from tlpsim.loads.bem.green_finite import FiniteTable, bottom_wave, deep_part, finite_table, finite_wave, no_bottom
 
-__all__ = ["DeepTable", "FiniteTable", "bottom_wave", "deep_table", "deep_wave", "finite_table", "finite_wave"]
+__all__ = [
+    "DeepTable",
+    "FiniteTable",
+    "bottom_wave",
+    "deep_part",
+    "deep_table",
+    "deep_wave",
+    "finite_table",
+    "finite_wave",
+    "no_bottom",
+]

@@ -219,6 +219,11 @@ def finite_table(deep_number: float, depth: float, max_distance: float, max_draf
     return table
 
 
+def no_bottom() -> FiniteTable:
+    """Return a table of the deep part alone, for kernels that take one in deep water too; not for `finite_wave`."""
+    return FiniteTable(*deep_table(), *(0.0,) * 6, *(0,) * 7)
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Evaluation
 # ---------------------------------------------------------------------------------------------------------------------

@@ -126,22 +126,23 @@ def issc_hull() -> TlpHull:
 class Proportions:
     """Sizes of the panels of a TLP hull relative to the nominal one; an anisotropic mesh needs fewer of them.
 
-    `column_row` is the height of a row of a column, `pontoon_girth` the width of the panels around a pontoon and
-    `pontoon_length` their length along it.
+    `column_row` is the height of a row of a column, `pontoon_girth` the width of the panels around a pontoon, finer
+    since the flow turns sharply around its edges, and `pontoon_length` their length along it.
     """
 
     column_row: float = 1.0
-    pontoon_girth: float = 1.0
-    pontoon_length: float = 1.5
+    pontoon_girth: float = 0.5
+    pontoon_length: float = 2.5
 
 
 EVEN = Proportions()
-EDGES = Proportions(column_row=1.5, pontoon_girth=0.65, pontoon_length=2.5)
-"""Finer around the pontoons' edges, where the flow turns sharply: half the error at the same number of panels."""
 
 
-def tlp(hull: TlpHull, panel: float, proportions: Proportions = EVEN) -> Mesh:
-    """One quadrant of a TLP hull with panels of about the size `panel` (m), parts joined conformally, eq. (1)."""
+def tlp(hull: TlpHull, panel: float, proportions: Proportions = Proportions(), coarse: bool = False) -> Mesh:
+    """One quadrant of a TLP hull with panels of about the size `panel` (m), parts joined conformally, eq. (1).
+
+    With `coarse` every panel is twice as long and wide, to tell the error of the mesh by.
+    """
     require_positive(
         "lengths of the hull",
         [hull.spacing, hull.column_radius, hull.draft, hull.pontoon_width, hull.pontoon_height, panel],
@@ -149,25 +150,27 @@ def tlp(hull: TlpHull, panel: float, proportions: Proportions = EVEN) -> Mesh:
     )
     centre = hull.spacing / 2.0
     half = hull.pontoon_width / 2.0
-    across = _count(half, proportions.pontoon_girth * panel)
+    across = _count(half, proportions.pontoon_girth * panel, coarse)
     radius = hull.column_radius
     for _ in range(_FIXED_POINT_STEPS):  # the nodes at the pontoon's corners keep its width as the polygon grows
-        arcs = _half_column(hull.column_radius, float(np.arcsin(half / radius)), across, panel)
+        arcs = _half_column(hull.column_radius, float(np.arcsin(half / radius)), across, panel, coarse)
         radius = polygon_radius(hull.column_radius, np.concatenate([np.diff(arc) for arc in arcs]), np.pi)
     rings = [centre + radius * np.stack([np.cos(arc), np.sin(arc)], axis=-1) for arc in arcs]
     ring = np.concatenate([rings[0], rings[1][1:], rings[2][1:]])
     top = hull.pontoon_height - hull.draft
-    upper = top * clustered(_count(-top, proportions.column_row * panel))
-    lower = top - hull.pontoon_height * clustered(_count(hull.pontoon_height, proportions.pontoon_girth * panel))
+    upper = top * np.linspace(0.0, 1.0, _count(-top, proportions.column_row * panel, coarse) + 1)
+    lower = top - hull.pontoon_height * clustered(
+        _count(hull.pontoon_height, proportions.pontoon_girth * panel, coarse)
+    )
     # The pontoon along x ends in the column's opening; its nodes run at constant y to the plane x = 0.
     mouth = rings[1]
-    along = clustered_end(_count(float(np.min(mouth[:, 0])), proportions.pontoon_length * panel))
+    along = np.linspace(0.0, 1.0, _count(float(np.min(mouth[:, 0])), proportions.pontoon_length * panel, coarse) + 1)
     lines = np.stack([along[:, None] * mouth[None, :, 0], np.broadcast_to(mouth[:, 1], (len(along), len(mouth)))], -1)
     parts = [
         _wall(ring, upper),
         _wall(rings[0], lower),
         _wall(rings[2], lower),
-        _disc(np.full(2, centre), ring, -hull.draft, _count(radius, 1.2 * panel)),
+        _disc(np.full(2, centre), ring, -hull.draft, _count(radius, 1.2 * panel, coarse)),
         _wall(lines[::-1, 0], lower),
         _wall(lines[:, -1], lower),
         patch(_lift(lines, -hull.draft)),
@@ -180,15 +183,18 @@ def tlp(hull: TlpHull, panel: float, proportions: Proportions = EVEN) -> Mesh:
     return Mesh(name="tlp", vertices=np.concatenate([octant, mirrored]), planes=("x", "y"))
 
 
-def _half_column(radius: float, opening: float, across: int, panel: float) -> list[FloatArray]:
-    """Arcs of the half column on one side of the diagonal x = y, from the outside (45°) to the inside (225°)."""
-    outside = _count(radius * (0.75 * np.pi - opening), panel)
-    inside = _count(radius * (np.pi / 4 - opening), panel)
+def _half_column(radius: float, opening: float, across: int, panel: float, coarse: bool) -> list[FloatArray]:
+    """Arcs of the half column on one side of the diagonal x = y, from the outside (45°) to the inside (225°).
+
+    Round parts are divided evenly: a polygon of uneven sides is a poor circle.
+    """
+    outside = _count(radius * (0.75 * np.pi - opening), panel, coarse)
+    inside = _count(radius * (np.pi / 4 - opening), panel, coarse)
     mouth = 2 * across
     return [
-        np.pi / 4 + (3 * np.pi / 4 - opening) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, outside + 1) ** 0.8),
+        np.linspace(np.pi / 4, np.pi - opening, outside + 1),
         np.pi - opening * np.cos(np.pi * np.linspace(0.0, 1.0, mouth + 1)),
-        np.pi + opening + (np.pi / 4 - opening) * np.linspace(0.0, 1.0, inside + 1),
+        np.linspace(np.pi + opening, 1.25 * np.pi, inside + 1),
     ]
 
 
@@ -259,8 +265,10 @@ def _loops(edges: FloatArray) -> list[FloatArray]:
     return [edges[label == value] for value in np.unique(label)]
 
 
-def _count(length: float, panel: float) -> int:
-    return max(1, round(length / panel))
+def _count(length: float, panel: float, coarse: bool = False) -> int:
+    """Panels along a length: an even number, or half of it on the coarse mesh of the same family."""
+    half = max(1, round(length / (2.0 * panel)))
+    return half if coarse else 2 * half
 
 
 def _lift(points: FloatArray, height: float) -> FloatArray:

@@ -8,7 +8,7 @@ signed distance d (positive inside) from the point's projection,
 
 where Ω is the solid angle of the panel with the sign of h, from its two triangles by
 tan(Ω/2) = u · (v × w) / (u v w + ...) (van Oosterom and Strackee 1983); (1) is that of Hess and Smith (1964) and
-Newman (1986). Beyond `FAR` times the panel's diagonal both follow from the panel's area and second moments.
+Newman (1986). Far away both follow from the panel's area and second moments.
 """
 
 import numpy as np
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 FAR = 8.0
-"""Distance, in panel diagonals, from which the multipole with second moments replaces (1) and (2): 1e-6 relative."""
-CLOSE = 3.0
-"""Distance, in panel diagonals, up to which integrals are averaged over the field panel."""
+"""Distance of a point, in panel diagonals, from which the multipole replaces (1) and (2): 1e-6 relative."""
+APART = 4.0
+"""Distance of two panels, in the larger one's diagonals, from which the multipole takes both panels' moments."""
 
 
 @njit(cache=True)
@@ -37,6 +37,24 @@ def _solid_angle(ux, uy, uz, vx, vy, vz, wx, wy, wz, nu, nv, nw):  # type: ignor
 
 
 @njit(cache=True)
+def _multipole(dx, dy, dz, area, normal, xx, yy, zz, xy, xz, yz):  # type: ignore[no-untyped-def]
+    """Both integrals over a far panel, by its area and second moments."""
+    height = dx * normal[0] + dy * normal[1] + dz * normal[2]
+    inverse2 = 1.0 / (dx * dx + dy * dy + dz * dz)
+    inverse = np.sqrt(inverse2)
+    trace = xx + yy + zz
+    qx = xx * dx + xy * dy + xz * dz
+    qy = xy * dx + yy * dy + yz * dz
+    qz = xz * dx + yz * dy + zz * dz
+    quadratic = (qx * dx + qy * dy + qz * dz) * inverse2
+    inverse3 = inverse * inverse2
+    source = area * inverse + 0.5 * inverse3 * (3.0 * quadratic - trace)
+    cross = qx * normal[0] + qy * normal[1] + qz * normal[2]
+    dipole = inverse3 * (area * height + inverse2 * (1.5 * height * (5.0 * quadratic - trace) - 3.0 * cross))
+    return source, dipole
+
+
+@njit(cache=True)
 def panel_integrals(x, y, z, corners, normal, centre, area, size, moments):  # type: ignore[no-untyped-def]
     """∫ 1/r dS and ∫ ∂/∂n_ξ 1/r dS over one panel, eqs. (1), (2), seen from (x, y, z).
 
@@ -44,21 +62,17 @@ def panel_integrals(x, y, z, corners, normal, centre, area, size, moments):  # t
     In the panel itself the second integral is its principal value, zero.
     """
     dx, dy, dz = x - centre[0], y - centre[1], z - centre[2]
-    height = dx * normal[0] + dy * normal[1] + dz * normal[2]
-    square = dx * dx + dy * dy + dz * dz
-    if square > (FAR * size) ** 2:
-        inverse2 = 1.0 / square
-        inverse = np.sqrt(inverse2)
-        trace = moments[0] + moments[1] + moments[2]
-        qx = moments[0] * dx + moments[3] * dy + moments[4] * dz
-        qy = moments[3] * dx + moments[1] * dy + moments[5] * dz
-        qz = moments[4] * dx + moments[5] * dy + moments[2] * dz
-        quadratic = (qx * dx + qy * dy + qz * dz) * inverse2
-        inverse3 = inverse * inverse2
-        source = area * inverse + 0.5 * inverse3 * (3.0 * quadratic - trace)
-        cross = qx * normal[0] + qy * normal[1] + qz * normal[2]
-        dipole = inverse3 * (area * height + inverse2 * (1.5 * height * (5.0 * quadratic - trace) - 3.0 * cross))
-        return source, dipole
+    if dx * dx + dy * dy + dz * dz > (FAR * size) ** 2:
+        return _multipole(
+            dx, dy, dz, area, normal, moments[0], moments[1], moments[2], moments[3], moments[4], moments[5]
+        )
+    return _closed_form(x, y, z, corners, normal, centre, size)
+
+
+@njit(cache=True)
+def _closed_form(x, y, z, corners, normal, centre, size):  # type: ignore[no-untyped-def]
+    """Eqs. (1) and (2)."""
+    height = (x - centre[0]) * normal[0] + (y - centre[1]) * normal[1] + (z - centre[2]) * normal[2]
     source = 0.0
     for k in range(4):
         m = (k + 1) % 4
@@ -94,41 +108,51 @@ def panel_integrals(x, y, z, corners, normal, centre, area, size, moments):  # t
 
 @njit(cache=True, parallel=True)
 def influence(  # type: ignore[no-untyped-def]
-    points, places, weights, sign_x, sign_y, sign_z, shift, corners, normal, centre, area, size, moments
+    places, shares, spread, sign_x, sign_y, sign_z, shift, corners, normal, centre, area, size, moments
 ):
-    """Matrices (points, panels) of both integrals, the field points moved to (±x, ±y, ±z + shift).
+    """Matrices (panels, panels) of both integrals' means over the field panels, moved to (±x, ±y, ±z + shift).
 
-    A panel's integral seen from a mirrored point is the mirrored panel's integral seen from the point. Within `CLOSE`
-    diagonals the integral is the mean over the field panel, by its Gauss points `places` (points, q, 3) with `weights`
-    (points, q), the sum of which is 1: Galerkin's method, which converges faster than collocation at edges.
+    A panel's integral seen from a mirrored panel is the mirrored panel's integral seen from the panel. The mean is
+    Galerkin's method, which converges faster than collocation at edges. It is taken by the field panel's Gauss points
+    `places` (panels, q, 3) with `shares` (panels, q) that sum to 1; for panels that are `APART`, by its second moments
+    over its area, `spread` (panels, 6). Collocation is one point a panel and no spread.
     """
-    count, sources = points.shape[0], centre.shape[0]
-    single = np.empty((count, sources))
-    double = np.empty((count, sources))
+    count = centre.shape[0]
+    single = np.empty((count, count))
+    double = np.empty((count, count))
     for i in prange(count):
-        x, y, z = sign_x * points[i, 0], sign_y * points[i, 1], sign_z * points[i, 2] + shift
-        for j in range(sources):
-            square = (x - centre[j, 0]) ** 2 + (y - centre[j, 1]) ** 2 + (z - centre[j, 2]) ** 2
-            if square > (CLOSE * size[j]) ** 2:
-                single[i, j], double[i, j] = panel_integrals(
-                    x, y, z, corners[j], normal[j], centre[j], area[j], size[j], moments[j]
+        x, y, z = sign_x * centre[i, 0], sign_y * centre[i, 1], sign_z * centre[i, 2] + shift
+        for j in range(count):
+            dx, dy, dz = x - centre[j, 0], y - centre[j, 1], z - centre[j, 2]
+            if dx * dx + dy * dy + dz * dz > (APART * max(size[i], size[j])) ** 2:
+                source = area[j]
+                single[i, j], double[i, j] = _multipole(
+                    dx,
+                    dy,
+                    dz,
+                    area[j],
+                    normal[j],
+                    moments[j, 0] + source * spread[i, 0],
+                    moments[j, 1] + source * spread[i, 1],
+                    moments[j, 2] + source * spread[i, 2],
+                    moments[j, 3] + source * sign_x * sign_y * spread[i, 3],
+                    moments[j, 4] + source * sign_x * sign_z * spread[i, 4],
+                    moments[j, 5] + source * sign_y * sign_z * spread[i, 5],
                 )
                 continue
             first, second = 0.0, 0.0
             for q in range(places.shape[1]):
-                one, two = panel_integrals(
+                one, two = _closed_form(
                     sign_x * places[i, q, 0],
                     sign_y * places[i, q, 1],
                     sign_z * places[i, q, 2] + shift,
                     corners[j],
                     normal[j],
                     centre[j],
-                    area[j],
                     size[j],
-                    moments[j],
                 )
-                first += weights[i, q] * one
-                second += weights[i, q] * two
+                first += shares[i, q] * one
+                second += shares[i, q] * two
             single[i, j], double[i, j] = first, second
     return single, double
 

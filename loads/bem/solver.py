@@ -54,6 +54,15 @@ _RESIDUAL = 1e-11
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Means:
+    """How means over field panels are taken: points (n, q, 3), shares (n, q), second moments over area (n, 6)."""
+
+    places: FloatArray
+    shares: FloatArray
+    spread: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Discretization:
     """All that depends on the mesh and the depth only; made by `discretize`.
 
@@ -70,8 +79,9 @@ class Discretization:
     direct, surface, rankine
         Integrals of 1/r, of 1/r1 and of all Rankine terms (with 1/r2 in finite depth): (2, classes, source, field),
         single and double layer.
-    moments, outer, near
-        Second moments of the panels, the points over which fields are averaged, and the near pairs of the wave part.
+    moments, outer, means, near
+        Second moments of the panels, the points over which fields are averaged, how the Rankine terms are, and the
+        near pairs of the wave part.
     """
 
     name: str
@@ -86,7 +96,8 @@ class Discretization:
     rankine: FloatArray
     moments: FloatArray
     outer: influence.Quadrature
-    near: tuple[tuple[NDArray[np.int64], influence.Quadrature], ...]
+    means: Means
+    near: tuple[influence.NearPairs, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,7 +142,11 @@ def rigid_modes(mesh: Mesh, reference: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArra
 
 
 def discretize(
-    mesh: Mesh, depth: float = np.inf, lid: Mesh | None = None, modes: FloatArray | None = None
+    mesh: Mesh,
+    depth: float = np.inf,
+    lid: Mesh | None = None,
+    modes: FloatArray | None = None,
+    collocation: bool = False,
 ) -> Discretization:
     """Panels, Rankine integrals and quadrature of a mesh; everything that serves all frequencies.
 
@@ -145,6 +160,9 @@ def discretize(
         Panels on the inner water plane (`hulls.lid`) against irregular frequencies.
     modes
         Normal velocity (images, panels, modes) of the modes; the six of a rigid body about the origin if None.
+    collocation
+        Demand the equations at the panels' centres, as most panel codes do, not in the mean over each panel, which
+        halves the error at edges.
 
     Raises
     ------
@@ -167,11 +185,16 @@ def discretize(
     characters = CHARACTERS[len(mesh.images)]
     moments = second_moments(both.corners, both.centre)
     rule = influence.quadrature(both, _OUTER_ORDER)
-    direct = _rankine(both, rule, moments, mesh.images, characters, 1.0, 0.0)
-    surface = _rankine(both, rule, moments, mesh.images, characters, -1.0, 0.0)
+    means = Means(
+        places=both.centre[:, None] if collocation else rule.places,
+        shares=np.ones((len(both.area), 1)) if collocation else rule.weights / both.area[:, None],
+        spread=np.zeros_like(moments) if collocation else moments / both.area[:, None],
+    )
+    direct = _rankine(both, means, moments, mesh.images, characters, 1.0, 0.0)
+    surface = _rankine(both, means, moments, mesh.images, characters, -1.0, 0.0)
     total = direct + surface
     if np.isfinite(depth):
-        total += _rankine(both, rule, moments, mesh.images, characters, -1.0, -2.0 * depth)
+        total += _rankine(both, means, moments, mesh.images, characters, -1.0, -2.0 * depth)
     return Discretization(
         name=mesh.name,
         depth=depth,
@@ -185,13 +208,14 @@ def discretize(
         rankine=total,
         moments=moments,
         outer=rule,
-        near=influence.rules(both, mesh.images),
+        means=means,
+        near=influence.near_pairs(both, mesh.images),
     )
 
 
 def _rankine(
     both: Panels,
-    rule: influence.Quadrature,
+    means: Means,
     moments: FloatArray,
     images: FloatArray,
     characters: FloatArray,
@@ -202,7 +226,7 @@ def _rankine(
     count = len(both.area)
     result = np.zeros((2, len(images), count, count))
     arrays = (both.corners, both.normal, both.centre, both.area, both.size, moments)
-    field = (both.centre, rule.places, rule.weights / both.area[:, None])
+    field = (means.places, means.shares, means.spread)
     for image, (sign_x, sign_y) in enumerate(images):
         layers = rankine_influence(*field, sign_x, sign_y, sign_z, shift, *arrays)
         for layer in range(2):
@@ -239,6 +263,7 @@ def wave_matrices(discretization: Discretization, omega: float, gravity: float) 
     deep_number = omega**2 / gravity
     single, double = influence.fill(
         discretization.panels,
+        discretization.moments,
         discretization.images,
         discretization.characters,
         discretization.near,
@@ -405,7 +430,7 @@ def added_mass_limit(discretization: Discretization, surface: float, density: fl
             for shift, sign_z, sign in _bottom_images(m, surface):
                 image = _rankine(
                     both,
-                    discretization.outer,
+                    discretization.means,
                     discretization.moments,
                     discretization.images,
                     characters,

@@ -8,6 +8,7 @@ from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
 from tlpsim.loads.bem.hulls import box, cylinder, hemisphere, lid
 from tlpsim.loads.bem.mesh import Mesh, merged, translated, whole
 from tlpsim.loads.bem.solver import added_mass_limit, discretize, rigid_modes, solve
+from tlpsim.loads.bem.wamit_test07 import wamit_test07
 from tlpsim.loads.errors import ScenarioError
 
 VOLUME = 2.0 / 3.0 * np.pi
@@ -113,6 +114,21 @@ def test_two_bodies_far_apart_are_two_single_bodies() -> None:
     for block in (slice(0, 6), slice(6, 12)):
         np.testing.assert_allclose(pair.added_mass[block, block], alone.added_mass, atol=4e-3)
         np.testing.assert_allclose(pair.radiation_damping[block, block], alone.radiation_damping, atol=4e-3)
+
+
+def test_issc_tlp_against_the_published_table() -> None:
+    """OrcaWave on the 1012 panels a quadrant of WAMIT's test 07 at T = 10 s in 450 m (equations at panels' centres).
+
+    vamseeachanta/digitalmodel, L00_validation_wamit/2.5f; t, t m², and per second. Ours takes the wave part in
+    the mean over panels, so that figures in which the waves of the columns cancel, damping most, differ a little.
+    """
+    body = discretize(wamit_test07(), 450.0, collocation=True)
+    solution = solve(body, 2.0 * np.pi / 10.0, np.radians([35.0]), 1.0, 9.80665)
+    modes = [0, 2, 4, 5]
+    mass, damping = solution.added_mass[modes, modes], solution.radiation_damping[modes, modes]
+    np.testing.assert_allclose(mass, [51518.9, 27091.2, 5.58411e7, 1.356132e8], rtol=1e-3)
+    np.testing.assert_allclose(damping, [132.597, 299.62, 1.155643e6, 2.7454697e6], rtol=2.5e-3)
+    assert solution.added_mass[0, 4] == pytest.approx(-9.1914e5, rel=1e-3)
 
 
 def test_bad_problems_are_refused() -> None:
