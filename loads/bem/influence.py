@@ -15,7 +15,8 @@ power, which shows where waves from the columns of a platform cancel. In deep wa
 follow from g, g_h and g_v, since g_v = g + 2/d and W is harmonic. Where the image singularity is near in panel
 diagonals, 2 x 2 Gauss points of the field panel see 2 x 2 or 4 x 4 points of the source panel instead. What a bottom
 adds is smooth and taken at the centres. One call serves the pair (i, j) and its mirror (j, i).
-All matrices are stored transposed, [class, source, field], so that a class is a Fortran-ordered system for LAPACK.
+All matrices are stored transposed, [class, source, field], so that a class is a Fortran-ordered system for LAPACK, and
+for the stored fields of a `symmetry.Fold` only.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -28,6 +29,7 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.bem.green import bottom_wave, deep_part, deep_table, deep_wave, finite_table, no_bottom
 from tlpsim.loads.bem.mesh import Panels
+from tlpsim.loads.bem.symmetry import EXCHANGED, Fold
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -51,7 +53,7 @@ class Quadrature:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NearPairs:
-    """Pairs (pairs, 3) of field panel, source panel and bits of the near images, and the source's Gauss points."""
+    """Pairs (pairs, 3) of stored field, source and bits of the near images, and the Gauss points of all sources."""
 
     pairs: IntegerArray
     source: Quadrature
@@ -70,11 +72,12 @@ def quadrature(panels: Panels, order: int) -> Quadrature:
 
 
 @njit(cache=True, parallel=True)
-def near_images(centre, size, images, inner, outer):  # type: ignore[no-untyped-def]
+def near_images(fields, centre, size, images, inner, outer):  # type: ignore[no-untyped-def]
     """Bits (field, source): images of the pair whose surface image is `inner` to `outer` larger diagonals away."""
     count = centre.shape[0]
-    result = np.zeros((count, count), dtype=np.int64)
-    for i in prange(count):
+    result = np.zeros((len(fields), count), dtype=np.int64)
+    for p in prange(len(fields)):
+        i = fields[p]
         for j in range(count):
             larger = max(size[i], size[j])
             for s in range(images.shape[0]):
@@ -83,15 +86,15 @@ def near_images(centre, size, images, inner, outer):  # type: ignore[no-untyped-
                 dz = centre[i, 2] + centre[j, 2]
                 square = dx * dx + dy * dy + dz * dz
                 if (inner * larger) ** 2 <= square < (outer * larger) ** 2:
-                    result[i, j] |= 1 << s
+                    result[p, j] |= 1 << s
     return result
 
 
-def near_pairs(panels: Panels, images: FloatArray) -> tuple[NearPairs, ...]:
+def near_pairs(panels: Panels, images: FloatArray, fold: Fold) -> tuple[NearPairs, ...]:
     """Pairs with near images, by the quadrature that they need."""
     result = []
     for inner, outer, order in ((NEXT, NEAR, 2), (0.0, NEXT, 4)):
-        bits = near_images(panels.centre, panels.size, images, inner, outer)
+        bits = near_images(fold.fields, panels.centre, panels.size, images, inner, outer)
         field, source = np.nonzero(bits)
         pairs = np.stack([field, source, bits[field, source]], axis=1)
         result.append(NearPairs(pairs=pairs, source=quadrature(panels, order)))
@@ -137,75 +140,101 @@ def _mean_wave(x, y, v, xx, yy, zz, xy, xz, yz, table):  # type: ignore[no-untyp
 
 @njit(cache=True, nogil=True, fastmath=FAST)
 def fill_tiles(  # type: ignore[no-untyped-def]
-    corners, centre, normal, area, size, moments, images, characters, wavenumber, finite, table, rankine, single, double
+    corners,
+    fields,
+    mirror,
+    exchanged,
+    centre,
+    normal,
+    area,
+    size,
+    moments,
+    images,
+    characters,
+    wavenumber,
+    finite,
+    table,
+    rankine,
+    single,
+    double,
 ):
-    """Fill S and -D of eq. (1), (classes, source, field), on the tiles at `corners`: `rankine` (2, ...) and wave part.
+    """Fill S and -D of eq. (1), (classes, source, stored field), on the tiles at `corners`: `rankine` and wave part.
 
-    The deep wave part of near images is left out. A parallel loop takes no table with a table inside, so that several
+    Pairs of a stored field i and the mirror of another, k, also serve k and the mirror of i. The deep wave part of near
+    images is left out. A parallel loop takes no table with a table inside, so that several
     threads are to call this, each with tiles of its own.
     """
-    count, order = centre.shape[0], images.shape[0]
+    count, order = fields.shape[0], images.shape[0]
+    halves = 1 if count == centre.shape[0] else 2
     waves = deep_part(table)
     square = wavenumber * wavenumber
     forward = np.empty((3, order), dtype=np.complex128)
     for t in range(corners.shape[0]):
-        for i in range(corners[t, 0], min(corners[t, 0] + _TILE, count)):
-            for j in range(max(i, corners[t, 1]), min(corners[t, 1] + _TILE, count)):
-                height = centre[i, 2] + centre[j, 2]
-                limit = NEAR * max(size[i], size[j])
-                for s in range(order):
-                    sign_x, sign_y = images[s, 0], images[s, 1]
-                    dx = sign_x * centre[i, 0] - centre[j, 0]
-                    dy = sign_y * centre[i, 1] - centre[j, 1]
-                    value, along_x, along_y, field_z, source_z = 0.0j, 0.0j, 0.0j, 0.0j, 0.0j
-                    if dx * dx + dy * dy + height * height >= limit * limit:
-                        # A mirrored panel has mirrored moments; the source's horizontal distances count backwards.
-                        value, along_x, along_y, field_z = _mean_wave(
-                            wavenumber * dx,
-                            wavenumber * dy,
-                            wavenumber * height,
-                            square * (moments[i, 0] + moments[j, 0]),
-                            square * (moments[i, 1] + moments[j, 1]),
-                            square * (moments[i, 2] + moments[j, 2]),
-                            square * (sign_x * sign_y * moments[i, 3] + moments[j, 3]),
-                            square * (sign_x * moments[i, 4] - moments[j, 4]),
-                            square * (sign_y * moments[i, 5] - moments[j, 5]),
-                            waves,
-                        )
-                        value, along_x, along_y = wavenumber * value, square * along_x, square * along_y
-                        field_z = square * field_z
-                        source_z = field_z
-                    if finite:
-                        distance = np.sqrt(dx * dx + dy * dy)
-                        g, g_r, g_i, g_j = bottom_wave(distance, centre[i, 2], centre[j, 2], table)
-                        slope = g_r / distance if distance > 0.0 else 0.0j
-                        value, along_x, along_y = value + g, along_x + slope * dx, along_y + slope * dy
-                        field_z, source_z = field_z + g_i, source_z + g_j
-                    forward[0, s] = value
-                    forward[1, s] = source_z * normal[j, 2] - along_x * normal[j, 0] - along_y * normal[j, 1]
-                    forward[2, s] = field_z * normal[i, 2] + (
-                        sign_x * along_x * normal[i, 0] + sign_y * along_y * normal[i, 1]
-                    )
-                for c in range(order):
-                    value, there, back = 0.0j, 0.0j, 0.0j
+        for p in range(corners[t, 0], min(corners[t, 0] + _TILE, count)):
+            for q in range(max(p, corners[t, 1]), min(corners[t, 1] + _TILE, count)):
+                for half in range(halves):
+                    i, j = fields[p], fields[q]
+                    if half == 1:
+                        j = mirror[j]
+                    height = centre[i, 2] + centre[j, 2]
+                    limit = NEAR * max(size[i], size[j])
                     for s in range(order):
-                        value += characters[c, s] * forward[0, s]
-                        there += characters[c, s] * forward[1, s]
-                        back += characters[c, s] * forward[2, s]
-                    single[c, j, i] = rankine[0, c, j, i] + value * area[j]
-                    double[c, j, i] = -rankine[1, c, j, i] - there * area[j]
-                    single[c, i, j] = rankine[0, c, i, j] + value * area[i]
-                    double[c, i, j] = -rankine[1, c, i, j] - back * area[i]
+                        sign_x, sign_y = images[s, 0], images[s, 1]
+                        dx = sign_x * centre[i, 0] - centre[j, 0]
+                        dy = sign_y * centre[i, 1] - centre[j, 1]
+                        value, along_x, along_y, field_z, source_z = 0.0j, 0.0j, 0.0j, 0.0j, 0.0j
+                        if dx * dx + dy * dy + height * height >= limit * limit:
+                            # A mirrored panel has mirrored moments; the source's horizontal distances count backwards.
+                            value, along_x, along_y, field_z = _mean_wave(
+                                wavenumber * dx,
+                                wavenumber * dy,
+                                wavenumber * height,
+                                square * (moments[i, 0] + moments[j, 0]),
+                                square * (moments[i, 1] + moments[j, 1]),
+                                square * (moments[i, 2] + moments[j, 2]),
+                                square * (sign_x * sign_y * moments[i, 3] + moments[j, 3]),
+                                square * (sign_x * moments[i, 4] - moments[j, 4]),
+                                square * (sign_y * moments[i, 5] - moments[j, 5]),
+                                waves,
+                            )
+                            value, along_x, along_y = wavenumber * value, square * along_x, square * along_y
+                            field_z = square * field_z
+                            source_z = field_z
+                        if finite:
+                            distance = np.sqrt(dx * dx + dy * dy)
+                            g, g_r, g_i, g_j = bottom_wave(distance, centre[i, 2], centre[j, 2], table)
+                            slope = g_r / distance if distance > 0.0 else 0.0j
+                            value, along_x, along_y = value + g, along_x + slope * dx, along_y + slope * dy
+                            field_z, source_z = field_z + g_i, source_z + g_j
+                        forward[0, s] = value
+                        forward[1, s] = source_z * normal[j, 2] - along_x * normal[j, 0] - along_y * normal[j, 1]
+                        forward[2, s] = field_z * normal[i, 2] + (
+                            sign_x * along_x * normal[i, 0] + sign_y * along_y * normal[i, 1]
+                        )
+                    other = i if half == 0 else mirror[i]
+                    for c in range(order):
+                        value, there, same, back = 0.0j, 0.0j, 0.0j, 0.0j
+                        for s in range(order):
+                            value += characters[c, s] * forward[0, s]
+                            there += characters[c, s] * forward[1, s]
+                            seen = s if half == 0 else exchanged[s]
+                            same += characters[c, s] * forward[0, seen]
+                            back += characters[c, s] * forward[2, seen]
+                        single[c, j, p] = rankine[0, c, j, p] + value * area[j]
+                        double[c, j, p] = -rankine[1, c, j, p] - there * area[j]
+                        single[c, other, q] = rankine[0, c, other, q] + same * area[i]
+                        double[c, other, q] = -rankine[1, c, other, q] - back * area[i]
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
 def add_near(  # type: ignore[no-untyped-def]
-    pairs, field, share, source, weights, normal, images, characters, wavenumber, table, single, double
+    pairs, fields, field, share, source, weights, normal, images, characters, wavenumber, table, single, double
 ):
     """Add the deep wave part of near pairs: points `field` with parts of 1 `share` see `source` with `weights`."""
     order = images.shape[0]
     for p in prange(pairs.shape[0]):
-        i, j, bits = pairs[p, 0], pairs[p, 1], pairs[p, 2]
+        place, j, bits = pairs[p, 0], pairs[p, 1], pairs[p, 2]
+        i = fields[place]
         for s in range(order):
             if not bits & (1 << s):
                 continue
@@ -225,8 +254,8 @@ def add_near(  # type: ignore[no-untyped-def]
                         wavenumber * weight * (g_v * normal[j, 2] - ratio * (dx * normal[j, 0] + dy * normal[j, 1]))
                     )
             for c in range(order):
-                single[c, j, i] += characters[c, s] * value
-                double[c, j, i] -= characters[c, s] * slope
+                single[c, j, place] += characters[c, s] * value
+                double[c, j, place] -= characters[c, s] * slope
 
 
 def fill(
@@ -234,12 +263,13 @@ def fill(
     moments: FloatArray,
     images: FloatArray,
     characters: FloatArray,
+    fold: Fold,
     near: tuple[NearPairs, ...],
     wavenumber: float,
     depth: float,
     rankine: FloatArray,
 ) -> tuple[ComplexArray, ComplexArray]:
-    """S and -D of eq. (1), (classes, source, field), with K = `wavenumber`.
+    """S and -D of eq. (1), (classes, source, stored field), with K = `wavenumber`.
 
     Parameters
     ----------
@@ -248,7 +278,7 @@ def fill(
     near
         Pairs with near images, of `near_pairs`.
     rankine
-        (2, classes, source, field): single and double layer of the Rankine terms.
+        (2, classes, source, stored field): single and double layer of the Rankine terms.
     """
     deep = deep_table()
     single, double = (np.empty(rankine.shape[1:], dtype=np.complex128) for _ in range(2))
@@ -261,13 +291,12 @@ def fill(
         reach = 2.0 * float(np.hypot(*span)) * (1.0 + 1e-9)
         table = finite_table(wavenumber, depth, reach, -float(np.min(panels.centre[:, 2])) * (1.0 + 1e-9))
     geometry = (panels.centre, panels.normal, panels.area, panels.size, 0.5 * moments / panels.area[:, None])
-    blocks = tiles(len(panels.area))
+    blocks = tiles(len(fold.fields))
     threads = numba.get_num_threads()
 
     def work(part: int) -> None:
-        fill_tiles(
-            blocks[part::threads], *geometry, images, characters, wavenumber, finite, table, rankine, single, double
-        )
+        known = (images, characters, wavenumber, finite, table, rankine)
+        fill_tiles(blocks[part::threads], fold.fields, fold.mirror, EXCHANGED, *geometry, *known, single, double)
 
     with ThreadPoolExecutor(max_workers=threads) as workers:
         list(workers.map(work, range(threads)))
@@ -275,5 +304,5 @@ def fill(
     share = field.weights / panels.area[:, None]
     for group in near:
         points = (field.places, share, group.source.places, group.source.weights)
-        add_near(group.pairs, *points, panels.normal, images, characters, wavenumber, deep, single, double)
+        add_near(group.pairs, fold.fields, *points, panels.normal, images, characters, wavenumber, deep, single, double)
     return single, double

@@ -108,9 +108,9 @@ def _closed_form(x, y, z, corners, normal, centre, size):  # type: ignore[no-unt
 
 @njit(cache=True, parallel=True)
 def influence(  # type: ignore[no-untyped-def]
-    places, shares, spread, sign_x, sign_y, sign_z, shift, corners, normal, centre, area, size, moments
+    fields, places, shares, spread, sign_x, sign_y, sign_z, shift, corners, normal, centre, area, size, moments
 ):
-    """Matrices (panels, panels) of both integrals' means over the field panels, moved to (±x, ±y, ±z + shift).
+    """Matrices (fields, panels) of both integrals' means over the panels `fields`, moved to (±x, ±y, ±z + shift).
 
     A panel's integral seen from a mirrored panel is the mirrored panel's integral seen from the panel. The mean is
     Galerkin's method, which converges faster than collocation at edges. It is taken by the field panel's Gauss points
@@ -118,15 +118,16 @@ def influence(  # type: ignore[no-untyped-def]
     over its area, `spread` (panels, 6). Collocation is one point a panel and no spread.
     """
     count = centre.shape[0]
-    single = np.empty((count, count))
-    double = np.empty((count, count))
-    for i in prange(count):
+    single = np.empty((len(fields), count))
+    double = np.empty((len(fields), count))
+    for p in prange(len(fields)):
+        i = fields[p]
         x, y, z = sign_x * centre[i, 0], sign_y * centre[i, 1], sign_z * centre[i, 2] + shift
         for j in range(count):
             dx, dy, dz = x - centre[j, 0], y - centre[j, 1], z - centre[j, 2]
             if dx * dx + dy * dy + dz * dz > (APART * max(size[i], size[j])) ** 2:
                 source = area[j]
-                single[i, j], double[i, j] = _multipole(
+                single[p, j], double[p, j] = _multipole(
                     dx,
                     dy,
                     dz,
@@ -153,7 +154,7 @@ def influence(  # type: ignore[no-untyped-def]
                 )
                 first += shares[i, q] * one
                 second += shares[i, q] * two
-            single[i, j], double[i, j] = first, second
+            single[p, j], double[p, j] = first, second
     return single, double
 
 

@@ -16,6 +16,7 @@ With c = 1 / (-1 + i γ) the lid absorbs, so that Φ = 0 for any lid that covers
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -27,77 +28,38 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from tlpsim.loads.bem import influence
+from tlpsim.loads.bem.discretization import Discretization, discretize, rankine_matrices, rigid_modes
 from tlpsim.loads.bem.incident import panel_waves
-from tlpsim.loads.bem.mesh import Mesh, Panels, panels
-from tlpsim.loads.bem.rankine import influence as rankine_influence
-from tlpsim.loads.bem.rankine import second_moments
-from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.bem.symmetry import (
+    classes,
+    components_of,
+    images_of,
+    system_matrices,
+    system_panels,
+    system_vectors,
+)
 from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive, wavenumber
+
+__all__ = [
+    "Discretization",
+    "Solution",
+    "added_mass_limit",
+    "discretize",
+    "incident_waves",
+    "rigid_modes",
+    "solve",
+    "wave_matrices",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-CHARACTERS: dict[int, FloatArray] = {
-    1: np.array([[1.0]]),
-    2: np.array([[1.0, 1.0], [1.0, -1.0]]),
-    4: np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0]]),
-}
-"""Number of images -> characters (classes, images) of the reflections, in the order of `mesh.PLANES`."""
-
-_NEGLIGIBLE = 1e-10
+_NEGLIGIBLE = 1e-12
 _IMAGE_TOLERANCE = 1e-5
 _MOST_IMAGES = 100
-_OUTER_ORDER = 2
 _REFINEMENTS = 6
 _LARGE = 3000  # panels of a system from which all threads of the linear algebra library are used
 _RESIDUAL = 1e-11
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Means:
-    """How means over field panels are taken: points (n, q, 3), shares (n, q), second moments over area (n, 6)."""
-
-    places: FloatArray
-    shares: FloatArray
-    spread: FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Discretization:
-    """All that depends on the mesh and the depth only; made by `discretize`.
-
-    Attributes
-    ----------
-    panels
-        Flat panels of the hull, then of the lid: n of them.
-    hull_count
-        Number of panels of the hull.
-    images, characters
-        Signs (m, 2) of the images and characters (m, m) of the symmetry classes.
-    modes
-        Normal velocity (images, hull panels, modes) of each mode for unit velocity.
-    direct, surface, rankine
-        Integrals of 1/r, of 1/r1 and of all Rankine terms (with 1/r2 in finite depth): (2, classes, source, field),
-        single and double layer.
-    moments, outer, means, near
-        Second moments of the panels, the points over which fields are averaged, how the Rankine terms are, and the
-        near pairs of the wave part.
-    """
-
-    name: str
-    depth: float
-    panels: Panels
-    hull_count: int
-    images: FloatArray
-    characters: FloatArray
-    modes: FloatArray
-    direct: FloatArray
-    surface: FloatArray
-    rankine: FloatArray
-    moments: FloatArray
-    outer: influence.Quadrature
-    means: Means
-    near: tuple[influence.NearPairs, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,122 +91,6 @@ class Solution:
     diffraction: ComplexArray
 
 
-def rigid_modes(mesh: Mesh, reference: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Normal velocity (images, panels, 6) of surge, sway, heave, roll, pitch, yaw about a point."""
-    geometry = panels(mesh)
-    result = np.empty((len(mesh.images), len(geometry.area), 6))
-    for image, signs in enumerate(mesh.images):
-        turn = np.array([signs[0], signs[1], 1.0])
-        normal = geometry.normal * turn
-        result[image, :, :3] = normal
-        result[image, :, 3:] = np.cross(geometry.centre * turn - np.asarray(reference, dtype=np.float64), normal)
-    return result
-
-
-def discretize(
-    mesh: Mesh,
-    depth: float = np.inf,
-    lid: Mesh | None = None,
-    modes: FloatArray | None = None,
-    collocation: bool = False,
-) -> Discretization:
-    """Panels, Rankine integrals and quadrature of a mesh; everything that serves all frequencies.
-
-    Parameters
-    ----------
-    mesh
-        Wetted hull of one or several bodies.
-    depth
-        Water depth in m, infinity for deep water.
-    lid
-        Panels on the inner water plane (`hulls.lid`) against irregular frequencies.
-    modes
-        Normal velocity (images, panels, modes) of the modes; the six of a rigid body about the origin if None.
-    collocation
-        Demand the equations at the panels' centres, as most panel codes do, not in the mean over each panel, which
-        halves the error at edges.
-
-    Raises
-    ------
-    ScenarioError
-        If the hull reaches the bottom or lid and hull differ in their planes of symmetry.
-    """
-    hull = panels(mesh)
-    if not depth > -float(np.min(mesh.vertices[:, :, 2])):
-        raise ScenarioError(
-            f"mesh '{mesh.name}' reaches z = {np.min(mesh.vertices[:, :, 2]):.3g} m; depth is {depth} m"
-        )
-    if lid is not None and lid.planes != mesh.planes:
-        raise ScenarioError(f"lid has planes {lid.planes}, mesh '{mesh.name}' {mesh.planes}; make it of the same mesh")
-    both = hull if lid is None else panels(Mesh(name=mesh.name, vertices=np.concatenate([mesh.vertices, lid.vertices])))
-    moving = rigid_modes(mesh) if modes is None else np.asarray(modes, dtype=np.float64)
-    if moving.ndim != 3 or moving.shape[:2] != (len(mesh.images), len(hull.area)):
-        raise ScenarioError(
-            f"modes have shape {moving.shape}; ({len(mesh.images)} images, {len(hull.area)} panels, modes) is needed"
-        )
-    characters = CHARACTERS[len(mesh.images)]
-    moments = second_moments(both.corners, both.centre)
-    rule = influence.quadrature(both, _OUTER_ORDER)
-    means = Means(
-        places=both.centre[:, None] if collocation else rule.places,
-        shares=np.ones((len(both.area), 1)) if collocation else rule.weights / both.area[:, None],
-        spread=np.zeros_like(moments) if collocation else moments / both.area[:, None],
-    )
-    direct = _rankine(both, means, moments, mesh.images, characters, 1.0, 0.0)
-    surface = _rankine(both, means, moments, mesh.images, characters, -1.0, 0.0)
-    total = direct + surface
-    if np.isfinite(depth):
-        total += _rankine(both, means, moments, mesh.images, characters, -1.0, -2.0 * depth)
-    return Discretization(
-        name=mesh.name,
-        depth=depth,
-        panels=both,
-        hull_count=len(hull.area),
-        images=mesh.images,
-        characters=characters,
-        modes=moving,
-        direct=direct,
-        surface=surface,
-        rankine=total,
-        moments=moments,
-        outer=rule,
-        means=means,
-        near=influence.near_pairs(both, mesh.images),
-    )
-
-
-def _rankine(
-    both: Panels,
-    means: Means,
-    moments: FloatArray,
-    images: FloatArray,
-    characters: FloatArray,
-    sign_z: float,
-    shift: float,
-) -> FloatArray:
-    """Single and double layer (2, classes, source, field) of 1/r with the field point at sign_z z + shift."""
-    count = len(both.area)
-    result = np.zeros((2, len(images), count, count))
-    arrays = (both.corners, both.normal, both.centre, both.area, both.size, moments)
-    field = (means.places, means.shares, means.spread)
-    for image, (sign_x, sign_y) in enumerate(images):
-        layers = rankine_influence(*field, sign_x, sign_y, sign_z, shift, *arrays)
-        for layer in range(2):
-            for row in range(len(images)):
-                result[layer, row] += characters[row, image] * layers[layer].T
-    return result
-
-
-def classes(field: NDArray, characters: FloatArray) -> NDArray:
-    """Components (classes, panels, ...) of a field (images, panels, ...) in the symmetry classes."""
-    return np.asarray(np.tensordot(characters, field, axes=(1, 0)) / len(characters))
-
-
-def images_of(components: NDArray, characters: FloatArray) -> NDArray:
-    """A field (images, panels, ...) of its components in the symmetry classes; the inverse of `classes`."""
-    return np.asarray(np.tensordot(characters.T, components, axes=(1, 0)))
-
-
 def incident_waves(
     discretization: Discretization, number: float, omega: float, headings: FloatArray, gravity: float
 ) -> tuple[ComplexArray, ComplexArray]:
@@ -259,13 +105,14 @@ def incident_waves(
 
 
 def wave_matrices(discretization: Discretization, omega: float, gravity: float) -> tuple[ComplexArray, ComplexArray]:
-    """Single layer and negative double layer (classes, source, field) of the whole Green function."""
+    """Single layer and negative double layer (classes, source, stored field) of the whole Green function."""
     deep_number = omega**2 / gravity
     single, double = influence.fill(
         discretization.panels,
         discretization.moments,
         discretization.images,
         discretization.characters,
+        discretization.fold,
         discretization.near,
         deep_number,
         discretization.depth,
@@ -295,31 +142,35 @@ def _refined_solution(system: NDArray, right: NDArray) -> NDArray:
     return np.asarray(scipy.linalg.solve(system, right, check_finite=False))
 
 
-def _solve_classes(double: NDArray, hull_count: int, right: NDArray, lid: complex = -1.0) -> NDArray:
-    """Solve eqs. (1), (2) with right-hand sides (classes, field, columns); hull part of the solution.
+def _solve_systems(
+    discretization: Discretization, double: NDArray, right: Sequence[NDArray], hull_only: bool, lid: complex = -1.0
+) -> NDArray:
+    """Components (classes, panels, columns) that solve eqs. (1), (2) with right-hand sides (panels, columns) a system.
 
-    `double` holds the negative double layer (classes, source, field), and is overwritten; `lid` is c.
+    `double` holds the negative double layer (classes, source, stored field); `lid` is c.
     """
-    result = np.zeros((len(double), hull_count, right.shape[2]), dtype=double.dtype)
-    count = double.shape[1]
-    diagonal = np.full(count, 2.0 * np.pi, dtype=double.dtype)
-    if count > hull_count:
-        diagonal[hull_count:] = 4.0 * np.pi * lid
+    fold = discretization.fold
+    unknowns = system_panels(fold, len(double))
+    systems = system_matrices(double, fold)
+    least = _NEGLIGIBLE * max(float(np.max(np.abs(columns))) for columns in right)
 
-    def solve_class(row: int) -> None:
-        used = np.max(np.abs(right[row]), axis=0) > 0.0
+    def solve_system(row: int) -> NDArray:
+        on_hull = unknowns[row] < discretization.hull_count
+        kept = np.flatnonzero(on_hull) if hull_only else np.arange(len(on_hull))
+        result = np.zeros(right[row].shape, dtype=double.dtype)
+        used = np.max(np.abs(right[row]), axis=0) > least
         if np.any(used):
-            system = double[row].T
-            system[np.arange(count), np.arange(count)] += diagonal
-            result[row][:, used] = _refined_solution(system, right[row][:, used])[:hull_count]
-
-    if len(double) == 1:
-        solve_class(0)
+            system = systems[row].T[np.ix_(kept, kept)] if hull_only else systems[row].T
+            diagonal = np.where(on_hull[kept], 2.0 * np.pi, 4.0 * np.pi * lid)
+            system[np.arange(len(kept)), np.arange(len(kept))] += diagonal.astype(system.dtype)
+            result[np.ix_(kept, used)] = _refined_solution(system, right[row][np.ix_(kept, used)])
         return result
-    # The classes are small: one thread for each of them, instead of all threads for one after the other.
-    with ThreadPoolExecutor(max_workers=len(double)) as workers:
-        list(workers.map(solve_class, range(len(double))))
-    return result
+
+    if len(systems) == 1:
+        return components_of([solve_system(0)], fold)
+    # The systems are small: one thread for each of them, instead of all threads for one after the other.
+    with ThreadPoolExecutor(max_workers=len(systems)) as workers:
+        return components_of(list(workers.map(solve_system, range(len(systems)))), fold)
 
 
 @cache
@@ -379,13 +230,17 @@ def _solve(
     moving = _cleaned(classes(discretization.modes, characters))
     incident, slope = incident_waves(discretization, number, omega, directions, gravity)
     modes = moving.shape[2]
-    right = np.empty((len(single), single.shape[1], modes + len(directions)), dtype=np.complex128)
-    for row in range(len(single)):
-        right[row, :, :modes] = -single[row, :hull].T @ moving[row]
-    right[:, :, modes:] = 4.0 * np.pi * _cleaned(classes(incident, characters))
-    potentials = images_of(
-        _solve_classes(double, hull, right, _lid_factor(discretization, omega**2 / gravity)), characters
-    )
+    driving = np.zeros((len(single), single.shape[1], modes + len(directions)), dtype=np.complex128)
+    driving[:, :hull, :modes] = moving
+    driving[:, :, modes:] = 4.0 * np.pi * _cleaned(classes(incident, characters))
+    fold = discretization.fold
+    right = system_vectors(driving, fold)
+    for layer, columns in zip(system_matrices(single, fold), right, strict=True):
+        radiating = np.arange(columns.shape[1]) % driving.shape[2] < modes
+        columns[:, radiating] = -layer.T @ columns[:, radiating]
+    lid = _lid_factor(discretization, omega**2 / gravity)
+    components = _solve_systems(discretization, double, right, False, lid)[:, :hull]
+    potentials = images_of(components, characters)
     radiation, diffraction = potentials[..., :modes], potentials[..., modes:]
 
     weighted = discretization.modes * discretization.panels.area[:hull, None]
@@ -418,9 +273,8 @@ def added_mass_limit(discretization: Discretization, surface: float, density: fl
     and get infinity.
     """
     hull, characters = discretization.hull_count, discretization.characters
-    both = discretization.panels
-    cut = (slice(None), slice(None), slice(hull), slice(hull))
-    layers = discretization.direct[cut] + surface * discretization.surface[cut]
+    both, fold = discretization.panels, discretization.fold
+    layers = discretization.direct + surface * discretization.surface
     if np.isfinite(discretization.depth):
         # The m-th images act on the body like dipoles at a distance of 2 m depths: their sum beyond n falls as 1/n².
         quadrant = np.sum(both.centre[:hull, 2] * both.normal[:hull, 2] * both.area[:hull])
@@ -428,8 +282,9 @@ def added_mass_limit(discretization: Discretization, surface: float, density: fl
         wanted = np.sqrt(volume / (2.0 * discretization.depth) ** 3 / (2.0 * _IMAGE_TOLERANCE))
         for m in range(1, int(np.clip(np.ceil(wanted), 2, _MOST_IMAGES)) + 1):
             for shift, sign_z, sign in _bottom_images(m, surface):
-                image = _rankine(
+                layers = layers + sign * rankine_matrices(
                     both,
+                    fold,
                     discretization.means,
                     discretization.moments,
                     discretization.images,
@@ -437,11 +292,14 @@ def added_mass_limit(discretization: Discretization, surface: float, density: fl
                     sign_z,
                     shift * discretization.depth,
                 )
-                layers = layers + sign * image[cut]
-    moving = _cleaned(classes(discretization.modes, characters))
-    right = -np.einsum("cji,cjm->cim", layers[0], moving)
+    moving = np.zeros((len(discretization.images), len(both.area), discretization.modes.shape[2]))
+    moving[:, :hull] = _cleaned(classes(discretization.modes, characters))
+    right = [
+        -layer.T @ speed
+        for layer, speed in zip(system_matrices(layers[0], fold), system_vectors(moving, fold), strict=True)
+    ]
     with _library_threads(discretization):
-        potentials = images_of(_solve_classes(np.ascontiguousarray(-layers[1]), hull, right), characters)
+        potentials = images_of(_solve_systems(discretization, -layers[1], right, True)[:, :hull], characters)
     weighted = discretization.modes * both.area[:hull, None]
     result = -density * np.einsum("spi,spj->ij", weighted, potentials)
     if surface > 0.0 and np.isfinite(discretization.depth):

@@ -8,7 +8,7 @@ from tlpsim.loads.bem.hulls import box
 from tlpsim.loads.bem.influence import fill, near_pairs, quadrature
 from tlpsim.loads.bem.mesh import PLANES, Panels, panels
 from tlpsim.loads.bem.rankine import second_moments
-from tlpsim.loads.bem.solver import CHARACTERS
+from tlpsim.loads.bem.symmetry import CHARACTERS, unfolded
 
 MESH = box(4.0, 3.0, 2.0, 0.5)
 GEOMETRY = panels(MESH)
@@ -42,9 +42,10 @@ def test_matrices_are_means_over_both_panels(depth: float) -> None:
     images, characters = PLANES[("x", "y")], CHARACTERS[4]
     count = len(GEOMETRY.area)
     moments = second_moments(GEOMETRY.corners, GEOMETRY.centre)
+    fold = unfolded(count)
     nothing = np.zeros((2, 4, count, count))
-    near = near_pairs(GEOMETRY, images)
-    single, double = fill(GEOMETRY, moments, images, characters, near, NUMBER, depth, nothing)
+    near = near_pairs(GEOMETRY, images, fold)
+    single, double = fill(GEOMETRY, moments, images, characters, fold, near, NUMBER, depth, nothing)
     scale = np.max(np.abs(single)), np.max(np.abs(double))
     generator = np.random.default_rng(3)
     for i, j in generator.integers(0, count, (12, 2)):

@@ -62,7 +62,7 @@ def arrays(geometry: Panels) -> tuple[np.ndarray, ...]:
 
 def collocation(geometry: Panels) -> tuple[np.ndarray, ...]:
     count = len(geometry.area)
-    return (geometry.centre[:, None], np.ones((count, 1)), np.zeros((count, 6)))
+    return (np.arange(count), geometry.centre[:, None], np.ones((count, 1)), np.zeros((count, 6)))
 
 
 def test_closed_surface_is_seen_under_its_full_angle() -> None:
@@ -104,7 +104,8 @@ def test_means_over_both_panels(sign: float) -> None:
     rule, fine = quadrature_points(geometry, 2), quadrature_points(geometry, 6)
     data = arrays(geometry)
     spread = data[-1] / geometry.area[:, None]
-    found = influence(rule.places, rule.weights / geometry.area[:, None], spread, -1.0, 1.0, sign, 0.0, *data)
+    shares = rule.weights / geometry.area[:, None]
+    found = influence(np.arange(len(shares)), rule.places, shares, spread, -1.0, 1.0, sign, 0.0, *data)
     # The field panels mirrored in x, so that all pairs are apart or touch along the plane of symmetry only.
     exact = np.zeros((2, len(geometry.area), len(geometry.area)))
     for i, j in np.ndindex(exact.shape[1:]):
@@ -125,7 +126,12 @@ def test_the_mean_single_layer_is_symmetric() -> None:
     geometry = panels(hemisphere(1.0, 6, 5))
     rule = quadrature_points(geometry, 2)
     data = arrays(geometry)
-    places = (rule.places, rule.weights / geometry.area[:, None], data[-1] / geometry.area[:, None])
+    places = (
+        np.arange(len(data[3])),
+        rule.places,
+        rule.weights / geometry.area[:, None],
+        data[-1] / geometry.area[:, None],
+    )
     single, _ = influence(*places, 1.0, 1.0, 1.0, 0.0, *data)
     total = single * geometry.area[:, None]
     # Exact by moments; 2 x 2 points of one panel against the closed form of the other for the near ones.
