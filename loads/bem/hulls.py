@@ -72,19 +72,22 @@ def cylinder(radius: float, draft: float, around: int, down: int, across: int) -
     require_positive("radius and draft of the cylinder", [radius, draft], "m")
     phi = 0.5 * np.pi * np.linspace(0.0, 1.0, around + 1)
     ring = polygon_radius(radius, np.diff(phi), 0.5 * np.pi) * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
-    side = _wall(ring, -draft * clustered(down))
+    side = wall(ring, -draft * clustered(down))
     bottom = _disc(np.zeros(2), ring, -draft, across)
     return Mesh(name="cylinder", vertices=np.concatenate([side, bottom]), planes=("x", "y"))
 
 
-def box(length: float, beam: float, draft: float, panel: float) -> Mesh:
-    """Box of length (x), beam (y) and draft, with panels of about the size `panel` (m), dense at its edges."""
+def box(length: float, beam: float, draft: float, panel: float, coarse: bool = False) -> Mesh:
+    """Box of length (x), beam (y) and draft, with panels of about the size `panel` (m), dense at its edges.
+
+    With `coarse` every panel is twice as long and wide, to tell the error of the mesh by.
+    """
     require_positive("length, beam, draft and panel of the box", [length, beam, draft, panel], "m")
-    x = 0.5 * length * clustered_end(_count(length / 2.0, panel))
-    y = 0.5 * beam * clustered_end(_count(beam / 2.0, panel))
-    z = -draft * clustered(_count(draft, panel))
-    front = _wall(np.stack([np.full_like(y, length / 2.0), y], axis=-1), z)
-    side = _wall(np.stack([x[::-1], np.full_like(x, beam / 2.0)], axis=-1), z)
+    x = 0.5 * length * clustered_end(even_count(length / 2.0, panel, coarse))
+    y = 0.5 * beam * clustered_end(even_count(beam / 2.0, panel, coarse))
+    z = -draft * clustered(even_count(draft, panel, coarse))
+    front = wall(np.stack([np.full_like(y, length / 2.0), y], axis=-1), z)
+    side = wall(np.stack([x[::-1], np.full_like(x, beam / 2.0)], axis=-1), z)
     bottom = patch(_plane(y[:, None], x[None, :], -draft)[..., [1, 0, 2]])
     return Mesh(name="box", vertices=np.concatenate([front, side, bottom]), planes=("x", "y"))
 
@@ -135,10 +138,10 @@ class Proportions:
     pontoon_length: float = 2.5
 
 
-EVEN = Proportions()
+STANDARD = Proportions()
 
 
-def tlp(hull: TlpHull, panel: float, proportions: Proportions = Proportions(), coarse: bool = False) -> Mesh:
+def tlp(hull: TlpHull, panel: float, proportions: Proportions = STANDARD, coarse: bool = False) -> Mesh:
     """One quadrant of a TLP hull with panels of about the size `panel` (m), parts joined conformally, eq. (1).
 
     With `coarse` every panel is twice as long and wide, to tell the error of the mesh by.
@@ -150,7 +153,7 @@ def tlp(hull: TlpHull, panel: float, proportions: Proportions = Proportions(), c
     )
     centre = hull.spacing / 2.0
     half = hull.pontoon_width / 2.0
-    across = _count(half, proportions.pontoon_girth * panel, coarse)
+    across = even_count(half, proportions.pontoon_girth * panel, coarse)
     radius = hull.column_radius
     for _ in range(_FIXED_POINT_STEPS):  # the nodes at the pontoon's corners keep its width as the polygon grows
         arcs = _half_column(hull.column_radius, float(np.arcsin(half / radius)), across, panel, coarse)
@@ -158,23 +161,25 @@ def tlp(hull: TlpHull, panel: float, proportions: Proportions = Proportions(), c
     rings = [centre + radius * np.stack([np.cos(arc), np.sin(arc)], axis=-1) for arc in arcs]
     ring = np.concatenate([rings[0], rings[1][1:], rings[2][1:]])
     top = hull.pontoon_height - hull.draft
-    upper = top * np.linspace(0.0, 1.0, _count(-top, proportions.column_row * panel, coarse) + 1)
+    upper = top * np.linspace(0.0, 1.0, even_count(-top, proportions.column_row * panel, coarse) + 1)
     lower = top - hull.pontoon_height * clustered(
-        _count(hull.pontoon_height, proportions.pontoon_girth * panel, coarse)
+        even_count(hull.pontoon_height, proportions.pontoon_girth * panel, coarse)
     )
     # The pontoon along x ends in the column's opening; its nodes run at constant y to the plane x = 0.
     mouth = rings[1]
-    along = np.linspace(0.0, 1.0, _count(float(np.min(mouth[:, 0])), proportions.pontoon_length * panel, coarse) + 1)
+    along = np.linspace(
+        0.0, 1.0, even_count(float(np.min(mouth[:, 0])), proportions.pontoon_length * panel, coarse) + 1
+    )
     lines = np.stack([along[:, None] * mouth[None, :, 0], np.broadcast_to(mouth[:, 1], (len(along), len(mouth)))], -1)
     parts = [
-        _wall(ring, upper),
-        _wall(rings[0], lower),
-        _wall(rings[2], lower),
-        _disc(np.full(2, centre), ring, -hull.draft, _count(radius, 1.2 * panel, coarse)),
-        _wall(lines[::-1, 0], lower),
-        _wall(lines[:, -1], lower),
-        patch(_lift(lines, -hull.draft)),
-        patch(_lift(lines[::-1], top)),
+        wall(ring, upper),
+        wall(rings[0], lower),
+        wall(rings[2], lower),
+        _disc(np.full(2, centre), ring, -hull.draft, even_count(radius, 1.2 * panel, coarse)),
+        wall(lines[::-1, 0], lower),
+        wall(lines[:, -1], lower),
+        patch(lift(lines, -hull.draft)),
+        patch(lift(lines[::-1], top)),
     ]
     octant = np.concatenate(parts)
     mirrored = np.where(
@@ -188,8 +193,8 @@ def _half_column(radius: float, opening: float, across: int, panel: float, coars
 
     Round parts are divided evenly: a polygon of uneven sides is a poor circle.
     """
-    outside = _count(radius * (0.75 * np.pi - opening), panel, coarse)
-    inside = _count(radius * (np.pi / 4 - opening), panel, coarse)
+    outside = even_count(radius * (0.75 * np.pi - opening), panel, coarse)
+    inside = even_count(radius * (np.pi / 4 - opening), panel, coarse)
     mouth = 2 * across
     return [
         np.linspace(np.pi / 4, np.pi - opening, outside + 1),
@@ -212,7 +217,7 @@ def lid(mesh: Mesh, rings: int) -> Mesh:
     """
     edges = waterline_loops(mesh)
     parts = []
-    for loop in _loops(edges):
+    for loop in joined_loops(edges):
         points = loop[:, :, :2].reshape(-1, 2)
         centre = np.zeros(2)
         for axis, plane in enumerate(("x", "y")):
@@ -222,7 +227,7 @@ def lid(mesh: Mesh, rings: int) -> Mesh:
         nodes = LID_REACH * (1.0 - np.linspace(0.0, 1.0, rings + 1))
         for start, end in loop[:, :, :2]:
             rays = np.stack([centre + nodes[:, None] * (start - centre), centre + nodes[:, None] * (end - centre)], 1)
-            parts.append(_upward(patch(_lift(rays, 0.0))))
+            parts.append(_upward(patch(lift(rays, 0.0))))
     return Mesh(name=f"lid of {mesh.name}", vertices=np.concatenate(parts), planes=mesh.planes)
 
 
@@ -242,7 +247,7 @@ def _centroid(edges: FloatArray) -> FloatArray:
     return np.sum((a + b) * twice[:, None], axis=0) / (3.0 * np.sum(twice))
 
 
-def _loops(edges: FloatArray) -> list[FloatArray]:
+def joined_loops(edges: FloatArray) -> list[FloatArray]:
     """Connected chains of edges (m, 2, 3)."""
     if not len(edges):
         return []
@@ -265,13 +270,14 @@ def _loops(edges: FloatArray) -> list[FloatArray]:
     return [edges[label == value] for value in np.unique(label)]
 
 
-def _count(length: float, panel: float, coarse: bool = False) -> int:
+def even_count(length: float, panel: float, coarse: bool = False) -> int:
     """Panels along a length: an even number, or half of it on the coarse mesh of the same family."""
     half = max(1, round(length / (2.0 * panel)))
     return half if coarse else 2 * half
 
 
-def _lift(points: FloatArray, height: float) -> FloatArray:
+def lift(points: FloatArray, height: float) -> FloatArray:
+    """Points (..., 2) at a height, (..., 3)."""
     return np.concatenate([points, np.full((*points.shape[:-1], 1), height)], axis=-1)
 
 
@@ -280,7 +286,7 @@ def _plane(first: FloatArray, second: FloatArray, height: float) -> FloatArray:
     return np.stack([a, b, np.full_like(a, height)], axis=-1)
 
 
-def _wall(line: FloatArray, heights: FloatArray) -> FloatArray:
+def wall(line: FloatArray, heights: FloatArray) -> FloatArray:
     """Vertical wall over a line (m, 2) that keeps the body on its left, heights falling."""
     nodes = np.stack([np.concatenate([line, np.full((len(line), 1), z)], axis=1) for z in heights])
     return patch(nodes)
@@ -290,4 +296,4 @@ def _disc(centre: FloatArray, ring: FloatArray, height: float, rings: int) -> Fl
     """Bottom (normal down) between a centre and an anticlockwise ring (m, 2)."""
     inwards = 1.0 - (1.0 - np.cos(0.5 * np.pi * np.linspace(0.0, 1.0, rings + 1)))
     nodes = centre + inwards[:, None, None] * (ring - centre)
-    return patch(_lift(nodes, height))
+    return patch(lift(nodes, height))
