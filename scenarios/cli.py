@@ -1,4 +1,4 @@
-"""The command `tlpsim`: build, run, check, info, figures.
+"""The command `tlpsim`: build, run, check, info, figures, bem.
 
 Heavy imports stand inside the commands, so that `tlpsim --help` answers at once.
 """
@@ -33,6 +33,17 @@ Settings = Annotated[
 ]
 Duration = Annotated[str | None, typer.Option(metavar="S", help="Duration in s, or with a unit: 3h.")]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of wind and waves.")]
+HullFile = Annotated[Path, typer.Argument(metavar="HULL", help="HULL.toml, or a mesh: .gdf, .dat, .mar, .stl.")]
+DatabaseFile = Annotated[
+    Path,
+    typer.Option("-o", "--output", metavar="FILE", help="Database (HDF5); .nc for Capytaine's format, .1 for WAMIT's."),
+]
+Frequencies = Annotated[
+    str, typer.Option("--omega", metavar="W", help="Frequencies in rad/s, START:STOP:COUNT or a list: 0.1:1.2:23.")
+]
+Headings = Annotated[
+    str, typer.Option("--headings", metavar="B", help="Directions of propagation in degrees, 0,22.5,45 or 0:90:7.")
+]
 
 
 @app.command()
@@ -84,14 +95,80 @@ def check(scenario: ScenarioFile, duration: Duration = None, seed: Seed = None, 
 
 
 @app.command()
-def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu or a results .h5 file.")]) -> None:
-    """Print what an FMU or a results file holds."""
+def bem(
+    hull: HullFile,
+    output: DatabaseFile,
+    omega: Frequencies = "0.1:1.2:23",
+    headings: Headings = "0",
+    depth: Annotated[str, typer.Option(metavar="M", help="Water depth in m; inf is deep water.")] = "inf",
+    rho: Annotated[str, typer.Option("--rho", metavar="RHO", help="Density of the water in kg/m³.")] = "1025",
+    gravity: Annotated[str, typer.Option(metavar="G", help="Gravity in m/s².")] = "9.80665",
+    lid: Annotated[bool, typer.Option("--lid/--no-lid", help="A lid removes irregular frequencies.")] = True,
+    panel: Annotated[str | None, typer.Option(metavar="M", help="Size of the panels, instead of the file's.")] = None,
+    symmetry: Annotated[
+        str | None, typer.Option(metavar="XY", help="Planes of symmetry of a mesh file: x, y or xy.")
+    ] = None,
+) -> None:
+    """Radiation, diffraction and mean drift of a hull by boundary elements, into a hydrodynamic database."""
+    try:
+        _bem(hull, output, (omega, headings, depth, rho, gravity), lid, panel, symmetry)
+    except KeyboardInterrupt:
+        typer.echo("tlpsim: interrupted; nothing was written", err=True)
+        raise typer.Exit(130) from None
+
+
+def _bem(
+    hull: Path,
+    output: Path,
+    texts: tuple[str, str, str, str, str],
+    lid: bool,
+    panel: str | None,
+    symmetry: str | None,
+) -> None:
+    from tlpsim.scenarios.hull import read_hull
+    from tlpsim.scenarios.hydro import (
+        coarse_problem,
+        make_problem,
+        print_database,
+        quantity,
+        require_writable,
+        solved,
+        write_output,
+    )
+    from tlpsim.scenarios.quantities import LENGTH
+
+    require_writable(output)
+    read = read_hull(hull, None if panel is None else quantity(panel, "--panel", LENGTH), symmetry)
+    problem, found = make_problem(read, *texts, with_lid=lid)
+    for text in found:
+        _show_warning(text)
+    result = solved(problem, coarse_problem(problem, read))
+    paths = write_output(result.database, output)
+    print_database(result.database, (result.added_mass_error, result.damping_error))
+    if result.from_cache:
+        typer.echo("from the cache: this problem was solved before")
+    typer.echo("database: " + ", ".join(str(path) for path in paths))
+
+
+@app.command()
+def info(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, a results file or a hydrodynamic database.")],
+) -> None:
+    """Print what an FMU, a results file or a hydrodynamic database holds."""
     from tlpsim.scenarios.console import print_fmu, print_results
 
     if file.suffix == ".fmu":
         from tlpsim.orchestrator.description import read_description
 
         print_fmu(read_description(file))
+        return
+    from tlpsim.loads.bem.database import is_database, read
+
+    if is_database(file):
+        from tlpsim.scenarios.hydro import print_database
+
+        typer.echo(f"{file}: hydrodynamic database")
+        print_database(read(file))
     else:
         from tlpsim.scenarios.results import open_results
 
@@ -102,24 +179,52 @@ class FigureSet(StrEnum):
     """What `tlpsim figures` can draw."""
 
     PROCESSES = "processes"
+    HYDRO = "hydro"
 
 
 @app.command()
 def figures(
-    which: Annotated[FigureSet, typer.Argument(metavar="WHICH", help="processes: spectra of wind and waves.")],
+    which: Annotated[
+        FigureSet,
+        typer.Argument(
+            metavar="WHICH", help="processes: spectra of wind and waves; hydro: coefficients and mesh of a hull."
+        ),
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the PNG files.")],
     scenario: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Scenario whose wind and waves are drawn.")
+        Path | None, typer.Option(metavar="FILE", help="Scenario whose wind and waves are drawn (processes).")
     ] = None,
     settings: Settings = None,
+    database: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Database of `tlpsim bem` (hydro); the ISSC TLP's without it.")
+    ] = None,
 ) -> None:
-    """Draw target, fitted and simulated spectra of the digital filters that make wind and waves."""
-    from tlpsim.scenarios.figures import draw_processes
-
+    """Draw the digital filters that make wind and waves, or the hydrodynamics of a hull."""
     if settings and scenario is None:
         raise ScenarioError("--set changes a scenario: name its file with --scenario")
+    if which is FigureSet.HYDRO:
+        if scenario is not None:
+            raise ScenarioError("--scenario is for the figures 'processes': name a database with --database")
+        _hydro_figures(output, database)
+        return
+    if database is not None:
+        raise ScenarioError("--database is for the figures 'hydro': name a scenario with --scenario")
+    from tlpsim.scenarios.figures import draw_processes
+
     for path in draw_processes(output, _load(scenario, None, None, settings) if scenario else None):
         typer.echo(path)
+
+
+def _hydro_figures(folder: Path, database: Path | None) -> None:
+    from tlpsim.loads.bem.database import read
+    from tlpsim.scenarios.hydro_figures import draw_hydrodynamics, reference_database
+
+    try:
+        for path in draw_hydrodynamics(folder, read(database) if database else reference_database()):
+            typer.echo(path)
+    except KeyboardInterrupt:
+        typer.echo("tlpsim: interrupted", err=True)
+        raise typer.Exit(130) from None
 
 
 def _load(path: Path, duration: str | None, seed: int | None, settings: list[str] | None) -> Scenario:

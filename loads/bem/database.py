@@ -2,14 +2,18 @@
 
 Conventions, in every file as attributes: SI units, z up from the still water level, forces and moments about the
 origin, amplitudes exp(+i omega t), headings in rad of propagation anticlockwise from +x, excitation for a wave of unit
-amplitude with its crest at the origin at t = 0.
+amplitude with its crest at the origin at t = 0. What an imported file does not tell is NaN, or not there.
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
+import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +22,7 @@ import numpy as np
 import platformdirs
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads.bem.hydrostatics import Hydrostatics, hydrostatics
 from tlpsim.loads.bem.mesh import Mesh
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
 from tlpsim.loads.bem.solver import added_mass_limit, discretize, solve
@@ -27,16 +32,19 @@ from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-SCHEMA = "tlpsim hydrodynamic database 1"
-_REVISION = "1"  # of the solver: a change of its numbers changes every key
+SCHEMA_NAME = "tlpsim hydrodynamic database"
+SCHEMA_VERSION = 2
+SCHEMA = f"{SCHEMA_NAME} {SCHEMA_VERSION}"
 
 CONVENTIONS = {
     "time_factor": "exp(+i omega t)",
     "heading": "direction of propagation, anticlockwise from +x",
     "axes": "z up from the still water level",
     "reference_point": "origin",
+    "wave": "unit amplitude, crest at the origin at t = 0",
     "modes": "surge, sway, heave, roll, pitch, yaw",
-    "mean_drift_components": "surge, sway, yaw; far field",
+    "mean_drift_components": "surge, sway, yaw; or surge, sway, heave, roll, pitch, yaw",
+    "missing": "NaN",
 }
 
 _UNITS = {
@@ -50,6 +58,27 @@ _UNITS = {
     "added_mass_zero": "kg, kg m, kg m2",
     "mean_drift": "N/m2, N/m",
 }
+_DIMENSIONS = {
+    "omega": "frequency",
+    "heading": "heading",
+    "added_mass": "frequency, mode of the force, mode of the motion",
+    "radiation_damping": "frequency, mode of the force, mode of the motion",
+    "excitation_force": "heading, frequency, mode",
+    "froude_krylov_force": "heading, frequency, mode",
+    "added_mass_infinite": "mode of the force, mode of the motion",
+    "added_mass_zero": "mode of the force, mode of the motion",
+    "mean_drift": "heading, frequency, component",
+    "response_amplitude": "heading, frequency, mode",
+}
+_HYDROSTATIC_UNITS = {
+    "volume": "m3",
+    "centre_of_buoyancy": "m",
+    "waterplane_area": "m2",
+    "waterplane_first_moments": "m3",
+    "waterplane_second_moments": "m4",
+    "stiffness": "N/m, N, N m",
+}
+_NOT_OF_THE_SOLVER = ("database.py", "hulls.py", "hydrostatics.py", "semisubmersible.py", "hemisphere.py")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,9 +98,15 @@ class HydrodynamicDatabase:
     added_mass_infinite, added_mass_zero
         (6, 6) at infinite and zero frequency.
     mean_drift
-        (headings, frequencies, 3): surge, sway, yaw.
+        (headings, frequencies, 3): surge, sway, yaw; or (headings, frequencies, 6).
     key
-        Hash of what the numbers depend on.
+        Hash of what the numbers depend on; "" for imported ones.
+    response_amplitude
+        (headings, frequencies, 6) complex, m/m and rad/m, of the body that the drift belongs to; None without a body.
+    hydrostatics
+        Of the hull; None where it is not known.
+    mesh
+        Wetted hull; None where it is not known.
     """
 
     omega: FloatArray
@@ -87,6 +122,9 @@ class HydrodynamicDatabase:
     added_mass_zero: FloatArray
     mean_drift: FloatArray
     key: str = ""
+    response_amplitude: ComplexArray | None = None
+    hydrostatics: Hydrostatics | None = None
+    mesh: Mesh | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,14 +142,25 @@ class Problem:
     stiffness: FloatArray | None = None
 
 
+@cache
+def _solver_digest() -> str:
+    """Hash of the solver itself: numbers of another solver are other numbers."""
+    digest = hashlib.sha256()
+    folder = Path(__file__).parent
+    for path in [*sorted(folder.glob("*.py")), folder.parent / "waves" / "airy.py"]:
+        if path.name not in _NOT_OF_THE_SOLVER:
+            digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
 def problem_key(problem: Problem) -> str:
-    """SHA-256 of the content of a problem; names and the order of attributes do not matter."""
-    digest = hashlib.sha256(f"{SCHEMA}/{_REVISION}".encode())
+    """SHA-256 of the content of a problem and of the solver; names and the order of attributes do not matter."""
+    digest = hashlib.sha256(f"{SCHEMA}/{_solver_digest()}".encode())
     parts: list[ArrayLike | None] = [
         problem.mesh.vertices,
         None if problem.lid is None else problem.lid.vertices,
-        problem.omega,
-        problem.heading,
+        np.atleast_1d(problem.omega),
+        np.atleast_1d(problem.heading),
         [problem.depth, problem.density, problem.gravity],
         problem.mass,
         problem.stiffness,
@@ -137,14 +186,16 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
         raise ScenarioError(f"frequencies {np.array2string(omega, threshold=6)} rad/s do not ascend; sort them")
     if (problem.mass is None) != (problem.stiffness is None):
         raise ScenarioError("the mean drift of a moving body needs both its mass and its stiffness; give both or none")
+    still = hydrostatics(problem.mesh, problem.density, problem.gravity)
     body = discretize(problem.mesh, problem.depth, problem.lid)
-    solutions, drift = [], []
+    solutions, drift, motions = [], [], []
     for index, value in enumerate(omega):
         solution = solve(body, float(value), problem.heading, problem.density, problem.gravity)
         motion = np.zeros((len(solution.headings), 6), dtype=np.complex128)
         if problem.mass is not None and problem.stiffness is not None:
             motion = response_amplitudes(solution, problem.mass, problem.stiffness)
         drift.append(mean_drift(body, solution, motion))
+        motions.append(motion)
         solutions.append(solution)
         progress(index + 1, len(omega))
     return HydrodynamicDatabase(
@@ -161,23 +212,70 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
         added_mass_zero=added_mass_limit(body, 1.0, problem.density),
         mean_drift=np.stack(drift, axis=1),
         key=problem_key(problem),
+        response_amplitude=None if problem.mass is None else np.stack(motions, axis=1),
+        hydrostatics=still,
+        mesh=problem.mesh,
     )
 
 
 def write(database: HydrodynamicDatabase, path: str | Path) -> None:
-    """Write a database as HDF5."""
+    """Write a database as HDF5; the file is there when it is complete.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be written.
+    """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(target.name + ".part")
-    with h5py.File(part, "w") as file:
-        file.attrs["schema"] = SCHEMA
-        for name, text in CONVENTIONS.items():
-            file.attrs[name] = text
-        for name in ("depth", "density", "gravity", "key"):
-            file.attrs[name] = getattr(database, name)
-        for name, unit in _UNITS.items():
-            file.create_dataset(name, data=getattr(database, name)).attrs["unit"] = unit
-    part.replace(target)  # a reader never sees half a file
+    part = target.with_name(f"{target.name}.{os.getpid()}.part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with h5py.File(part, "w") as file:
+            _fill(file, database)
+        part.replace(target)  # a reader never sees half a file
+    except OSError as error:
+        raise ScenarioError(f"{path}: the database cannot be written ({error}); name another file") from error
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def _fill(file: h5py.File, database: HydrodynamicDatabase) -> None:
+    file.attrs["schema"] = SCHEMA
+    for name, text in CONVENTIONS.items():
+        file.attrs[name] = text
+    for name in ("depth", "density", "gravity", "key"):
+        file.attrs[name] = getattr(database, name)
+    for name, unit in _UNITS.items():
+        _dataset(file, name, getattr(database, name), unit).attrs["dimensions"] = _DIMENSIONS[name]
+    if database.response_amplitude is not None:
+        name = "response_amplitude"
+        _dataset(file, name, database.response_amplitude, "m/m, rad/m").attrs["dimensions"] = _DIMENSIONS[name]
+    if database.mesh is not None:
+        group = file.create_group("mesh")
+        group.attrs["name"] = database.mesh.name
+        group.attrs["planes"] = " ".join(database.mesh.planes)
+        _dataset(group, "vertices", database.mesh.vertices, "m").attrs["dimensions"] = "panel, vertex, coordinate"
+    if database.hydrostatics is not None:
+        group = file.create_group("hydrostatics")
+        for name, unit in _HYDROSTATIC_UNITS.items():
+            _dataset(group, name, getattr(database.hydrostatics, name), unit)
+        group["stiffness"].attrs["note"] = "of buoyancy and water plane; without the terms of the centre of gravity"
+
+
+def _dataset(group: h5py.Group, name: str, data: Any, unit: str) -> h5py.Dataset:
+    dataset = group.create_dataset(name, data=data)
+    dataset.attrs["unit"] = unit
+    return dataset
+
+
+def is_database(path: str | Path) -> bool:
+    """Whether a file is a hydrodynamic database, of this or another schema."""
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs.get("schema", "")).startswith(SCHEMA_NAME)
+    except OSError:
+        return False
 
 
 def read(path: str | Path) -> HydrodynamicDatabase:
@@ -190,14 +288,46 @@ def read(path: str | Path) -> HydrodynamicDatabase:
     """
     try:
         with h5py.File(path, "r") as file:
-            schema = file.attrs.get("schema", "none")
-            if schema != SCHEMA:
-                raise ScenarioError(f"{path}: schema is '{schema}', '{SCHEMA}' is needed; compute it again")
+            _require_schema(path, str(file.attrs.get("schema", "none")))
             content: dict[str, Any] = {name: np.asarray(file[name]) for name in _UNITS}
             content |= {name: float(file.attrs[name]) for name in ("depth", "density", "gravity")}
+            if "response_amplitude" in file:
+                content["response_amplitude"] = np.asarray(file["response_amplitude"])
+            if "mesh" in file:
+                planes = tuple(str(file["mesh"].attrs["planes"]).split())
+                vertices = np.asarray(file["mesh/vertices"])
+                content["mesh"] = Mesh(name=str(file["mesh"].attrs["name"]), vertices=vertices, planes=planes)
+            if "hydrostatics" in file:
+                content["hydrostatics"] = _read_hydrostatics(file["hydrostatics"])
             return HydrodynamicDatabase(**content, key=str(file.attrs["key"]))
     except (OSError, KeyError) as error:
-        raise ScenarioError(f"{path}: not a hydrodynamic database ({error}); compute it again") from error
+        raise ScenarioError(
+            f"{path}: not a hydrodynamic database ({error}); make one with `tlpsim bem HULL -o {path}`"
+        ) from error
+
+
+def _require_schema(path: str | Path, found: str) -> None:
+    name, _, version = found.rpartition(" ")
+    if found == SCHEMA:
+        return
+    remedy = f"make it with `tlpsim bem HULL -o {path}`"
+    if name == SCHEMA_NAME and version.isdigit():
+        remedy = f"compute it again with `tlpsim bem HULL -o {path}`"
+        if int(version) > SCHEMA_VERSION:
+            remedy = "it comes from a newer tlpsim: install that one"
+    raise ScenarioError(f"{path}: schema is '{found}', '{SCHEMA}' is needed; {remedy}")
+
+
+def _read_hydrostatics(group: h5py.Group) -> Hydrostatics:
+    content = {field.name: np.asarray(group[field.name]) for field in fields(Hydrostatics)}
+    scalars = {name: float(value) for name, value in content.items() if value.ndim == 0}
+    return Hydrostatics(**{**content, **scalars})  # type: ignore[arg-type]
+
+
+def cache_path(problem: Problem, directory: str | Path | None = None) -> Path:
+    """File that keeps the database of a problem: in `directory`, in the user's cache if None."""
+    folder = platformdirs.user_cache_path("tlpsim") / "bem" if directory is None else Path(directory)
+    return folder / f"{problem_key(problem)}.h5"
 
 
 def cached(
@@ -211,11 +341,18 @@ def cached(
     ----------
     directory
         Where databases are kept; the user's cache directory if None.
+    progress
+        Called as `progress(done, total)` after each frequency that is solved.
     """
-    folder = platformdirs.user_cache_path("tlpsim") / "bem" if directory is None else Path(directory)
-    path = folder / f"{problem_key(problem)}.h5"
+    path = cache_path(problem, directory)
     if path.exists():
-        return read(path)
+        try:
+            return read(path)
+        except ScenarioError:  # a damaged file is made again
+            path.unlink()
     database = compute(problem, progress)
-    write(database, path)
+    try:
+        write(database, path)
+    except ScenarioError as error:  # the numbers are there, but for this time only
+        warnings.warn(str(error), stacklevel=2)
     return database

@@ -1,5 +1,6 @@
 """The command line in processes of its own: what a user sees, and exit codes."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -103,3 +104,118 @@ def test_two_processes_give_the_same_bytes(scenario_file: Path, tmp_path: Path) 
         for variable in one.signals(component):
             name = f"{component}.{variable}"
             assert one.signal(name).tobytes() == other.signal(name).tobytes()
+
+
+HULL = """
+[hull]
+kind = "box"
+length = 20.0
+beam = 10.0
+draft = 5.0
+panel = 5.0
+"""
+
+
+@pytest.fixture
+def hull_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A hull of few panels, and a cache of its own for the processes of the test."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    path = tmp_path / "hull.toml"
+    path.write_text(HULL)
+    return path
+
+
+def test_bem_info_figures(hull_file: Path, tmp_path: Path) -> None:
+    output = tmp_path / "hydro.h5"
+    command = ("bem", hull_file, "-o", output, "--omega", "0.4:0.8:2", "--headings", "0,45", "--depth", "60")
+    first = tlpsim(*command)
+    assert first.returncode == 0, first.stderr
+    for word in ("depth 60 m", "0, 45°", "volume 1000 m³", "A(∞)", "largest B", "± %", "asymmetry", f"{output}"):
+        assert word in first.stdout
+    assert "from the cache" not in first.stdout
+    bytes_before = output.read_bytes()
+    output.unlink()
+    second = tlpsim(*command)
+    assert second.returncode == 0
+    assert "from the cache" in second.stdout
+    assert output.read_bytes() == bytes_before
+
+    told = tlpsim("info", output)
+    assert told.returncode == 0
+    assert "hydrodynamic database" in told.stdout
+    assert "volume 1000 m³" in told.stdout
+
+    drawn = tlpsim("figures", "hydro", "-o", tmp_path / "figures", "--database", output)
+    assert drawn.returncode == 0, drawn.stderr
+    assert {path.name for path in (tmp_path / "figures").iterdir()} >= {"added_mass.png", "mean_drift.png", "mesh.png"}
+    assert not list(tmp_path.glob("*.part"))
+
+
+BAD_HULLS = {
+    "no file": ["none.toml"],
+    "no hull": ["none.gdf"],
+    "omega": ["hull.toml", "--omega", "0.5:"],
+    "headings": ["hull.toml", "--headings", "north"],
+    "depth": ["hull.toml", "--depth", "4"],
+    "rho": ["hull.toml", "--rho", "0"],
+    "panel": ["hull.toml", "--panel", "-1"],
+    "symmetry": ["hull.toml", "--symmetry", "x"],
+    "folder": ["hull.toml", "-o", "."],
+    "broken": ["broken.gdf"],
+}
+
+
+@pytest.mark.parametrize("case", BAD_HULLS)
+def test_bem_tells_what_is_wrong_and_leaves_nothing(
+    hull_file: Path, tmp_path: Path, case: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from tlpsim.scenarios.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.gdf").write_text("one panel\n1 9.81\n0 0\n1\n0 0 -1  1 0 -1  1 1 -1  0 1 -1\n")
+    before = sorted(tmp_path.iterdir())
+    monkeypatch.setattr(sys, "argv", ["tlpsim", "bem", "-o", "hydro.h5", *BAD_HULLS[case]])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    told = capsys.readouterr().err
+    assert told.startswith("tlpsim: error: ")
+    assert len(told.strip().splitlines()) == 1
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_bem_warns_and_goes_on(hull_file: Path, tmp_path: Path) -> None:
+    done = tlpsim("bem", hull_file, "-o", tmp_path / "hydro.h5", "--omega", "2.5", "--no-lid")
+    assert done.returncode == 0
+    warnings = [line for line in done.stderr.splitlines() if line.startswith("tlpsim: warning: ")]
+    assert len(warnings) == len(done.stderr.splitlines()) == 2
+    assert "panels below" in warnings[0]
+
+
+def test_ctrl_c_in_bem_leaves_nothing(hull_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")  # draws the progress bar, which tells when to interrupt
+    command = [sys.executable, "-m", "tlpsim.scenarios.cli", "bem", str(hull_file), "-o", str(tmp_path / "hydro.h5")]
+    before = sorted(tmp_path.iterdir())
+    running = subprocess.Popen([*command, "--omega", "0.1:1.0:5000", "--panel", "1"], stderr=subprocess.PIPE)
+    assert running.stderr is not None
+    seen = b""
+    while b"of 5000 frequencies" not in seen:
+        new = os.read(running.stderr.fileno(), 4096)
+        assert new, seen
+        seen += new
+    running.send_signal(signal.SIGINT)
+    _, told = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert told.endswith(b"tlpsim: interrupted; nothing was written\n")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [(["hydro", "--scenario", "a.toml"], "--database"), (["processes", "--database", "a.h5"], "--scenario")],
+)
+def test_figures_of_one_set_take_their_own_file(arguments: list[str], word: str, tmp_path: Path) -> None:
+    done = tlpsim("figures", *arguments, "-o", tmp_path / "figures")
+    assert done.returncode == 2
+    assert word in done.stderr
+    assert not (tmp_path / "figures").exists()

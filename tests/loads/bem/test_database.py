@@ -1,4 +1,4 @@
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import h5py
@@ -6,26 +6,75 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.bem import database
-from tlpsim.loads.bem.database import Problem, cached, compute, problem_key, read, write
+from tlpsim.loads.bem.database import Problem, cache_path, cached, compute, is_database, problem_key, read, write
 from tlpsim.loads.bem.hulls import box
+from tlpsim.loads.bem.hydrostatics import mass_matrix
+from tlpsim.loads.bem.response import mean_drift, response_amplitudes
+from tlpsim.loads.bem.solver import discretize, solve
 from tlpsim.loads.errors import ScenarioError
 
 PROBLEM = Problem(
     mesh=box(2.0, 1.0, 0.5, 0.5), omega=np.array([0.5, 1.0]), heading=np.array([0.0, 0.4, 1.0]), depth=5.0
 )
+MOVING = replace(
+    PROBLEM, mass=mass_matrix(1025.0, [0.0, 0.0, -0.1], np.diag([1e2, 3e2, 4e2])), stiffness=np.diag([1e4] * 6)
+)
 
 
-def test_file_gives_the_database_back(tmp_path: Path) -> None:
-    first = compute(PROBLEM)
+def assert_equal(first: object, second: object) -> None:
+    """Records with arrays in them: field by field, bit for bit."""
+    if is_dataclass(first):
+        assert type(first) is type(second)
+        for field in fields(first):
+            assert_equal(getattr(first, field.name), getattr(second, field.name))
+    elif isinstance(first, np.ndarray):
+        np.testing.assert_array_equal(first, second)
+        assert first.dtype == second.dtype  # type: ignore[attr-defined]
+    else:
+        assert first == second
+
+
+@pytest.mark.parametrize("problem", [PROBLEM, MOVING], ids=["fixed", "moving"])
+def test_file_gives_the_database_back(tmp_path: Path, problem: Problem) -> None:
+    first = compute(problem)
     write(first, tmp_path / "hydro.h5")
-    second = read(tmp_path / "hydro.h5")
-    for field in fields(first):
-        np.testing.assert_array_equal(getattr(first, field.name), getattr(second, field.name))
+    assert_equal(first, read(tmp_path / "hydro.h5"))
+    assert is_database(tmp_path / "hydro.h5")
+    assert [path.name for path in tmp_path.iterdir()] == ["hydro.h5"]
     with h5py.File(tmp_path / "hydro.h5") as file:
+        assert file.attrs["schema"] == "tlpsim hydrodynamic database 2"
         assert file["added_mass"].shape == (2, 6, 6)
         assert file["excitation_force"].shape == (3, 2, 6)
         assert file["mean_drift"].shape == (3, 2, 3)
-        assert file["omega"].attrs["unit"] == "rad/s"
+        assert file["hydrostatics/stiffness"].shape == (6, 6)
+        assert file["mesh/vertices"].shape == (len(problem.mesh.vertices), 4, 3)
+        assert ("response_amplitude" in file) == (problem is MOVING)
+
+        def told(name: str, item: object) -> None:
+            if isinstance(item, h5py.Dataset):
+                assert item.attrs["unit"], name
+
+        file.visititems(told)
+
+
+def test_what_is_not_known_stays_unknown(tmp_path: Path) -> None:
+    first = replace(compute(PROBLEM), hydrostatics=None, mesh=None, added_mass_zero=np.full((6, 6), np.nan))
+    write(first, tmp_path / "hydro.h5")
+    assert_equal(first, read(tmp_path / "hydro.h5"))
+
+
+def test_moving_body_has_its_motion_and_the_drift_of_it() -> None:
+    """Against one frequency solved by hand."""
+    assert MOVING.mass is not None
+    assert MOVING.stiffness is not None
+    found = compute(MOVING)
+    body = discretize(MOVING.mesh, MOVING.depth)
+    solution = solve(body, 1.0, MOVING.heading, MOVING.density, MOVING.gravity)
+    motion = response_amplitudes(solution, MOVING.mass, MOVING.stiffness)
+    assert found.response_amplitude is not None
+    np.testing.assert_allclose(found.response_amplitude[:, 1], motion, rtol=1e-9, atol=1e-12)
+    drift = mean_drift(body, solution, motion)
+    np.testing.assert_allclose(found.mean_drift[:, 1], drift, rtol=1e-9, atol=1e-9 * np.max(np.abs(drift)))
 
 
 def test_unchanged_problem_is_not_solved_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -37,6 +86,28 @@ def test_unchanged_problem_is_not_solved_again(tmp_path: Path, monkeypatch: pyte
     np.testing.assert_array_equal(first.added_mass, second.added_mass)
 
 
+def test_damaged_cache_is_made_again(tmp_path: Path) -> None:
+    path = cache_path(PROBLEM, tmp_path)
+    path.write_bytes(b"half a file")
+    assert_equal(cached(PROBLEM, tmp_path), read(path))
+
+
+def test_cache_that_cannot_be_written_is_only_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.warns(UserWarning, match="cannot be written"):
+        found = cached(PROBLEM, tmp_path / "file" / "cache")
+    assert_equal(found, compute(PROBLEM))
+
+
+def test_interrupted_computation_leaves_nothing(tmp_path: Path) -> None:
+    def interrupt(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cached(PROBLEM, tmp_path, interrupt)
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     "change",
     [
@@ -46,12 +117,21 @@ def test_unchanged_problem_is_not_solved_again(tmp_path: Path, monkeypatch: pyte
         {"omega": np.array([0.5, 1.1])},
         {"heading": np.array([0.0])},
         {"mesh": box(2.0, 1.0, 0.5, 0.25)},
+        {"mesh": replace(PROBLEM.mesh, planes=())},
+        {"lid": PROBLEM.mesh},
         {"mass": np.eye(6)},
+        {"stiffness": np.eye(6)},
     ],
     ids=lambda change: next(iter(change)),
 )
 def test_key_tells_problems_apart(change: dict[str, object]) -> None:
     assert problem_key(replace(PROBLEM, **change)) != problem_key(PROBLEM)  # type: ignore[arg-type]
+
+
+def test_key_tells_solvers_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = problem_key(PROBLEM)
+    monkeypatch.setattr(database, "_solver_digest", lambda: "another solver")
+    assert problem_key(PROBLEM) != before
 
 
 def test_bad_problems_and_files_are_refused(tmp_path: Path) -> None:
@@ -63,5 +143,21 @@ def test_bad_problems_and_files_are_refused(tmp_path: Path) -> None:
         read(tmp_path / "missing.h5")
     with h5py.File(tmp_path / "other.h5", "w"):
         pass
+    assert not is_database(tmp_path / "other.h5")
+    assert not is_database(tmp_path / "missing.h5")
     with pytest.raises(ScenarioError, match="schema"):
         read(tmp_path / "other.h5")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(ScenarioError, match="cannot be written"):
+        write(compute(PROBLEM), tmp_path / "folder")
+    assert not list(tmp_path.glob("*.part"))
+
+
+@pytest.mark.parametrize(("version", "remedy"), [("1", "compute it again"), ("99", "newer tlpsim")])
+def test_another_schema_is_refused_with_its_remedy(tmp_path: Path, version: str, remedy: str) -> None:
+    path = tmp_path / "hydro.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["schema"] = f"tlpsim hydrodynamic database {version}"
+    assert is_database(path)
+    with pytest.raises(ScenarioError, match=remedy):
+        read(path)

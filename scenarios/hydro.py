@@ -1,0 +1,321 @@
+"""What `tlpsim bem` does: read frequencies and headings, solve with a progress bar, write, and tell the result."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from tlpsim.loads.bem.convergence import limit
+from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cache_path, cached, write
+from tlpsim.loads.bem.exchange import write_capytaine, write_wamit
+from tlpsim.loads.bem.irregular import irregular_warning
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.waves.airy import wavenumber
+from tlpsim.scenarios.console import messages, output
+from tlpsim.scenarios.hull import Hull, checked, lid_of
+from tlpsim.scenarios.quantities import ACCELERATION, DENSITY, LENGTH, Dimension
+
+FloatArray = NDArray[np.float64]
+
+MOST_VALUES = 10_000
+_SHOWN = 6  # numbers of a list that are printed
+_NEVER = "–"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solved:
+    """A database, whether it came from the cache, and relative errors (6,) of A(∞) and of the peaks of B.
+
+    The errors are told by a mesh of panels twice as large; NaN without such a mesh.
+    """
+
+    database: HydrodynamicDatabase
+    from_cache: bool
+    added_mass_error: FloatArray
+    damping_error: FloatArray
+
+
+def numbers(text: str, name: str) -> FloatArray:
+    """Numbers of "start:stop:count", both ends in it, or of a comma list.
+
+    Raises
+    ------
+    ScenarioError
+        If the text is neither.
+    """
+    try:
+        if ":" in text:
+            start, stop, count = text.split(":")
+            if not 1 <= int(count) <= MOST_VALUES:
+                raise ValueError
+            result = np.linspace(float(start), float(stop), int(count))
+        else:
+            result = np.array([float(word) for word in text.split(",")])
+        if not np.all(np.isfinite(result)):
+            raise ValueError
+    except ValueError:
+        raise ScenarioError(
+            f"{name} is '{text}'; write START:STOP:COUNT, as in 0.1:1.2:23, or a list of numbers with commas"
+        ) from None
+    return result
+
+
+def frequencies(text: str) -> FloatArray:
+    """Angular frequencies in rad/s, ascending, none twice, of the text of `--omega`.
+
+    Raises
+    ------
+    ScenarioError
+        If the text holds no numbers, or one that is not above zero.
+    """
+    result = np.unique(numbers(text, "--omega"))
+    if result[0] <= 0.0:
+        raise ScenarioError(
+            f"--omega has {result[0]:g} rad/s; frequencies must be above zero: A(0) and A(∞) are always computed"
+        )
+    return result
+
+
+def quantity(text: str, name: str, dimension: Dimension) -> float:
+    """A number above zero with or without a unit; "inf" is one for a length.
+
+    Raises
+    ------
+    ScenarioError
+        If the text is none.
+    """
+    if dimension is LENGTH and text.strip().lower() in ("inf", "infinite"):
+        return np.inf
+    try:
+        value = dimension.parse(text)
+    except ValueError as error:
+        raise ScenarioError(f"{name} is '{text}': {error}") from None
+    if value <= 0.0:
+        raise ScenarioError(f"{name} is '{text}'; it must be above zero {dimension.base_unit}")
+    return value
+
+
+def make_problem(
+    hull: Hull, omega: str, headings: str, depth: str, density: str, gravity: str, with_lid: bool
+) -> tuple[Problem, list[str]]:
+    """Problem of a hull and of the texts of the command line, and warnings about it.
+
+    Raises
+    ------
+    ScenarioError
+        If a text cannot be read or the mesh is broken.
+    """
+    values = frequencies(omega)
+    directions = np.radians(numbers(headings, "--headings"))
+    water = quantity(depth, "--depth", LENGTH)
+    draught = -float(np.min(hull.mesh.vertices[:, :, 2]))
+    if not water > draught:
+        raise ScenarioError(f"--depth is {water:g} m, but the hull reaches {draught:g} m down; give more depth")
+    heavy, pull = quantity(density, "--rho", DENSITY), quantity(gravity, "--gravity", ACCELERATION)
+    warnings = checked(hull, 2.0 * np.pi / float(wavenumber(values[-1], water, pull)), heavy)
+    lid = hull.lid if with_lid else None
+    if lid is None and (told := irregular_warning(hull.mesh, values, pull)):
+        warnings.append(told)
+    body = hull.body
+    problem = Problem(
+        mesh=hull.mesh,
+        lid=lid,
+        omega=values,
+        heading=directions,
+        depth=water,
+        density=heavy,
+        gravity=pull,
+        mass=None if body is None else body.mass_matrix(),
+        stiffness=None if body is None else body.total_stiffness(hull.mesh, heavy, pull),
+    )
+    return problem, warnings
+
+
+def require_writable(path: Path) -> None:
+    """Tell before a long computation that its result could not be written.
+
+    Raises
+    ------
+    ScenarioError
+        If the path is a folder, or its folder is a file.
+    """
+    if path.is_dir():
+        raise ScenarioError(f"{path} is a folder: give the name of a file in it")
+    for folder in path.resolve().parents:
+        if folder.exists():
+            if not folder.is_dir():
+                raise ScenarioError(f"{folder} is a file, not a folder: give another place for {path.name}")
+            return
+
+
+@contextmanager
+def frequency_bar() -> Iterator[Callable[[int, int], None]]:
+    """Progress bar on the error stream, to be called with the number of frequencies done and their total.
+
+    Ctrl-C ends the block by KeyboardInterrupt, also where compiled code makes an error of its own of it or loses it.
+    """
+    asked = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal asked
+        asked = True
+        raise KeyboardInterrupt
+
+    def tell(done: int, total: int) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        text = f"{done} of {total} frequencies"
+        progress.update(task, description="radiation and diffraction", total=total, completed=done, done=text)
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"), TimeRemainingColumn())
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        with Progress(*columns, console=messages, transient=True, disable=not messages.is_terminal) as progress:
+            task = progress.add_task("integrals of the mesh", total=None, done="")
+            yield tell
+    except BaseException:
+        if asked:
+            raise KeyboardInterrupt from None
+        raise
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def solved(problem: Problem, coarse: Problem | None) -> Solved:
+    """Solve a problem, or take it from the cache, and tell its error by a coarser mesh."""
+    from_cache = cache_path(problem).exists()
+    with frequency_bar() as tell:
+        database = cached(problem, progress=tell)
+    unknown = np.full(len(DEGREES_OF_FREEDOM), np.nan)
+    mass_error, damping_error = unknown, unknown.copy()
+    if coarse is not None:
+        peaks = _peaks(database)
+        with frequency_bar() as tell:
+            rough = cached(replace(coarse, omega=database.omega[np.unique(peaks)]), progress=tell)
+        mass_error = _relative(np.diag(database.added_mass_infinite), np.diag(rough.added_mass_infinite))
+        for mode, peak in enumerate(peaks):
+            other = int(np.searchsorted(np.unique(peaks), peak))
+            fine, rougher = database.radiation_damping[peak, mode, mode], rough.radiation_damping[other, mode, mode]
+            damping_error[mode] = _relative(fine, rougher)
+    return Solved(database=database, from_cache=from_cache, added_mass_error=mass_error, damping_error=damping_error)
+
+
+def coarse_problem(problem: Problem, hull: Hull) -> Problem | None:
+    """The same problem on the coarser mesh of a hull, for one wave direction and a fixed body; None without one."""
+    if hull.coarse is None:
+        return None
+    lid = None if problem.lid is None else lid_of(hull.coarse)
+    return replace(problem, mesh=hull.coarse, lid=lid, heading=problem.heading[:1], mass=None, stiffness=None)
+
+
+def _peaks(database: HydrodynamicDatabase) -> NDArray[np.int64]:
+    """Index (6,) of the frequency with the largest damping, for each mode."""
+    return np.argmax(np.einsum("wii->wi", database.radiation_damping), axis=0)
+
+
+def _relative(fine: FloatArray, coarse: FloatArray) -> FloatArray:
+    """Distance from the limit of ever finer meshes, and the uncertainty of that limit, by the fine value."""
+    told = limit(fine, coarse)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray((np.abs(told.value - fine) + told.error) / np.abs(fine))
+
+
+def write_output(database: HydrodynamicDatabase, path: Path) -> list[Path]:
+    """Write a database in the format that the suffix says: .nc Capytaine's, .1 WAMIT's, any other ours.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ScenarioError(f"{path.parent}: cannot be made ({error.strerror}); name another folder") from error
+    if path.suffix == ".nc":
+        write_capytaine(database, path)
+    elif path.suffix == ".1":
+        return list(write_wamit(database, path.with_suffix("")))
+    else:
+        write(database, path)
+    return [path]
+
+
+def print_database(database: HydrodynamicDatabase, errors: tuple[FloatArray, FloatArray] | None = None) -> None:
+    """Table of a database: water, hull, added mass and damping by mode, with relative errors (6,) where known."""
+    for line in _lines(database):
+        output.print(line)
+    table = Table(title="Added mass and radiation damping, SI units")
+    table.add_column("", no_wrap=True)
+    told = errors is not None and bool(np.any(np.isfinite(errors[0])))
+    for heading in ("A(0)", "A(∞)", *(["± %"] if told else []), "largest B", *(["± %"] if told else []), "at rad/s"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for mode, (name, peak) in enumerate(zip(DEGREES_OF_FREEDOM, _peaks(database), strict=True)):
+        cells = [_number(database.added_mass_zero[mode, mode]), _number(database.added_mass_infinite[mode, mode])]
+        damping = [_number(database.radiation_damping[peak, mode, mode])]
+        if told and errors is not None:
+            cells.append(_percent(errors[0][mode]))
+            damping.append(_percent(errors[1][mode]))
+        table.add_row(name, *cells, *damping, f"{database.omega[peak]:.3g}")
+    output.print(table)
+    if told:
+        output.print("±: distance to ever finer panels, told by a mesh of panels twice as large")
+    for name, matrices in (("A", database.added_mass), ("B", database.radiation_damping)):
+        output.print(f"{name}: largest asymmetry {_percent(_asymmetry(matrices))} %, which a converged mesh has not")
+
+
+def _lines(database: HydrodynamicDatabase) -> Iterator[str]:
+    depth = "deep water" if np.isinf(database.depth) else f"depth {database.depth:g} m"
+    yield f"{depth}, {database.density:g} kg/m³, {database.gravity:g} m/s²"
+    yield f"frequencies: {_listed(database.omega)} rad/s"
+    yield f"headings: {_listed(np.degrees(database.heading))}°"
+    if database.mesh is not None:
+        yield f"mesh: {database.mesh.name}, {database.mesh.panel_count} panels, {_planes(database.mesh.planes)}"
+    still = database.hydrostatics
+    if still is not None:
+        figures = (still.volume, still.centre_of_buoyancy[2], still.waterplane_area)
+        volume, height, area = (_NEVER if np.isnan(value) else f"{value:.6g}" for value in figures)
+        yield f"volume {volume} m³, centre of buoyancy at z = {height} m, water plane {area} m²"
+    held = {
+        "Froude-Krylov force": np.any(np.isfinite(database.froude_krylov_force)),
+        "mean drift": np.any(np.isfinite(database.mean_drift)),
+        "response amplitudes": database.response_amplitude is not None,
+    }
+    yield "with " + ", ".join(["excitation force", *(name for name, there in held.items() if there)])
+
+
+def _planes(planes: tuple[str, ...]) -> str:
+    return f"symmetric in {' and '.join(planes)}" if planes else "no planes of symmetry"
+
+
+def _listed(values: FloatArray) -> str:
+    if len(values) <= _SHOWN:
+        return ", ".join(f"{value:.4g}" for value in values)
+    return f"{len(values)} from {values[0]:.4g} to {values[-1]:.4g}"
+
+
+def _asymmetry(matrices: FloatArray) -> float:
+    """Largest difference of a matrix (frequencies, 6, 6) and its transpose, by the roots of the diagonal's peaks."""
+    peak = np.sqrt(np.max(np.abs(np.einsum("wii->wi", matrices)), axis=0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.abs(matrices - np.swapaxes(matrices, 1, 2)) / (peak[:, None] * peak[None, :])
+    return float(np.nanmax(ratio, initial=0.0))
+
+
+def _number(value: float) -> str:
+    if np.isnan(value):
+        return _NEVER
+    return "∞" if np.isinf(value) else f"{value:.4g}"
+
+
+def _percent(value: float) -> str:
+    return f"{100.0 * value:.2g}" if np.isfinite(value) else _NEVER
