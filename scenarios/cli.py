@@ -127,7 +127,6 @@ def _bem(
 ) -> None:
     from tlpsim.scenarios.hull import read_hull
     from tlpsim.scenarios.hydro import (
-        coarse_problem,
         make_problem,
         print_database,
         quantity,
@@ -142,10 +141,10 @@ def _bem(
     problem, found = make_problem(read, *texts, with_lid=lid)
     for text in found:
         _show_warning(text)
-    result = solved(problem, coarse_problem(problem, read))
-    paths = write_output(result.database, output)
-    print_database(result.database, (result.added_mass_error, result.damping_error))
-    if result.from_cache:
+    database, from_cache = solved(problem)
+    paths = write_output(database, output)
+    print_database(database)
+    if from_cache:
         typer.echo("from the cache: this problem was solved before")
     typer.echo("database: " + ", ".join(str(path) for path in paths))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from tlpsim.loads.bem.convergence import limit
 from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cache_path, cached, write
 from tlpsim.loads.bem.exchange import write_capytaine, write_wamit
 from tlpsim.loads.bem.irregular import irregular_warning
@@ -29,19 +27,6 @@ FloatArray = NDArray[np.float64]
 MOST_VALUES = 10_000
 _SHOWN = 6  # numbers of a list that are printed
 _NEVER = "–"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Solved:
-    """A database, whether it came from the cache, and relative errors (6,) of A(∞) and of the peaks of B.
-
-    The errors are told by a mesh of panels twice as large; NaN without such a mesh.
-    """
-
-    database: HydrodynamicDatabase
-    from_cache: bool
-    added_mass_error: FloatArray
-    damping_error: FloatArray
 
 
 def numbers(text: str, name: str) -> FloatArray:
@@ -136,6 +121,8 @@ def make_problem(
         gravity=pull,
         mass=None if body is None else body.mass_matrix(),
         stiffness=None if body is None else body.total_stiffness(hull.mesh, heavy, pull),
+        coarse=hull.coarse,
+        coarse_lid=None if lid is None or hull.coarse is None else lid_of(hull.coarse),
     )
     return problem, warnings
 
@@ -190,43 +177,16 @@ def frequency_bar() -> Iterator[Callable[[int, int], None]]:
         signal.signal(signal.SIGINT, before)
 
 
-def solved(problem: Problem, coarse: Problem | None) -> Solved:
-    """Solve a problem, or take it from the cache, and tell its error by a coarser mesh."""
+def solved(problem: Problem) -> tuple[HydrodynamicDatabase, bool]:
+    """Solve a problem, or take it from the cache, and say whether it came from there."""
     from_cache = cache_path(problem).exists()
     with frequency_bar() as tell:
-        database = cached(problem, progress=tell)
-    unknown = np.full(len(DEGREES_OF_FREEDOM), np.nan)
-    mass_error, damping_error = unknown, unknown.copy()
-    if coarse is not None:
-        peaks = _peaks(database)
-        with frequency_bar() as tell:
-            rough = cached(replace(coarse, omega=database.omega[np.unique(peaks)]), progress=tell)
-        mass_error = _relative(np.diag(database.added_mass_infinite), np.diag(rough.added_mass_infinite))
-        for mode, peak in enumerate(peaks):
-            other = int(np.searchsorted(np.unique(peaks), peak))
-            fine, rougher = database.radiation_damping[peak, mode, mode], rough.radiation_damping[other, mode, mode]
-            damping_error[mode] = _relative(fine, rougher)
-    return Solved(database=database, from_cache=from_cache, added_mass_error=mass_error, damping_error=damping_error)
-
-
-def coarse_problem(problem: Problem, hull: Hull) -> Problem | None:
-    """The same problem on the coarser mesh of a hull, for one wave direction and a fixed body; None without one."""
-    if hull.coarse is None:
-        return None
-    lid = None if problem.lid is None else lid_of(hull.coarse)
-    return replace(problem, mesh=hull.coarse, lid=lid, heading=problem.heading[:1], mass=None, stiffness=None)
+        return cached(problem, progress=tell), from_cache
 
 
 def _peaks(database: HydrodynamicDatabase) -> NDArray[np.int64]:
     """Index (6,) of the frequency with the largest damping, for each mode."""
     return np.argmax(np.einsum("wii->wi", database.radiation_damping), axis=0)
-
-
-def _relative(fine: FloatArray, coarse: FloatArray) -> FloatArray:
-    """Distance from the limit of ever finer meshes, and the uncertainty of that limit, by the fine value."""
-    told = limit(fine, coarse)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray((np.abs(told.value - fine) + told.error) / np.abs(fine))
 
 
 def write_output(database: HydrodynamicDatabase, path: Path) -> list[Path]:
@@ -250,25 +210,26 @@ def write_output(database: HydrodynamicDatabase, path: Path) -> list[Path]:
     return [path]
 
 
-def print_database(database: HydrodynamicDatabase, errors: tuple[FloatArray, FloatArray] | None = None) -> None:
-    """Table of a database: water, hull, added mass and damping by mode, with relative errors (6,) where known."""
+def print_database(database: HydrodynamicDatabase) -> None:
+    """Table of a database: water, hull, added mass and damping by mode, with error bars where known."""
     for line in _lines(database):
         output.print(line)
     table = Table(title="Added mass and radiation damping, SI units")
     table.add_column("", no_wrap=True)
-    told = errors is not None and bool(np.any(np.isfinite(errors[0])))
+    told = bool(database.error)
     for heading in ("A(0)", "A(∞)", *(["± %"] if told else []), "largest B", *(["± %"] if told else []), "at rad/s"):
         table.add_column(heading, justify="right", no_wrap=True)
     for mode, (name, peak) in enumerate(zip(DEGREES_OF_FREEDOM, _peaks(database), strict=True)):
         cells = [_number(database.added_mass_zero[mode, mode]), _number(database.added_mass_infinite[mode, mode])]
         damping = [_number(database.radiation_damping[peak, mode, mode])]
-        if told and errors is not None:
-            cells.append(_percent(errors[0][mode]))
-            damping.append(_percent(errors[1][mode]))
+        if told:
+            infinite, largest = database.error["added_mass_infinite"], database.error["radiation_damping"][peak]
+            cells.append(_percent(infinite[mode, mode] / database.added_mass_infinite[mode, mode]))
+            damping.append(_percent(largest[mode, mode] / database.radiation_damping[peak, mode, mode]))
         table.add_row(name, *cells, *damping, f"{database.omega[peak]:.3g}")
     output.print(table)
     if told:
-        output.print("±: distance to ever finer panels, told by a mesh of panels twice as large")
+        output.print("extrapolated to ever finer panels from this mesh and one of panels twice as large; ± is the bar")
     for name, matrices in (("A", database.added_mass), ("B", database.radiation_damping)):
         output.print(f"{name}: largest asymmetry {_percent(_asymmetry(matrices))} %, which a converged mesh has not")
 

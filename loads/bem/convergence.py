@@ -6,6 +6,8 @@ between the two, so that of two meshes of which one has panels half as long,
 
     f = f_fine + (f_fine - f_coarse) / (2^p - 1),   p = 5/3,   error = what lies between p = 4/3 and p = 2      (1)
 
+and not less than a thousandth of f, since the difference of two meshes may vanish by chance.
+
 With a third mesh the order is observed, and the error is Roache's grid convergence index, with a safety of 1.25 where
 the order is the formal one and of 3 elsewhere (Roache 1998, Verification and Validation in Computational Science and
 Engineering; Richardson 1911):
@@ -23,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 EDGE_ORDER, MIDDLE_ORDER, SMOOTH_ORDER = 4.0 / 3.0, 5.0 / 3.0, 2.0
 _NEAR_FORMAL = 0.25  # difference of the observed order from 2 within which it counts as the formal one
 _SAFETY, _SAFETY_ELSEWHERE = 1.25, 3.0
+_LEAST = 1e-3
 _ORDERS = (0.5, 4.0)  # observed orders outside these say that the meshes are too coarse to extrapolate
 
 
@@ -41,7 +44,7 @@ def limit(fine: ArrayLike, coarse: ArrayLike) -> Limit:
     """Limit by eq. (1) of values, real or complex, on a mesh and on one with panels twice as long."""
     step = np.asarray(fine) - np.asarray(coarse)
     error = (_gain(EDGE_ORDER) - _gain(SMOOTH_ORDER)) * np.abs(step)
-    return Limit(np.asarray(fine) + _gain(MIDDLE_ORDER) * step, error)
+    return Limit(np.asarray(fine) + _gain(MIDDLE_ORDER) * step, np.maximum(error, _LEAST * np.abs(fine)))
 
 
 def observed_limit(coarse: ArrayLike, middle: ArrayLike, fine: ArrayLike) -> tuple[Limit, NDArray[np.float64]]:

@@ -3,6 +3,9 @@
 Conventions, in every file as attributes: SI units, z up from the still water level, forces and moments about the
 origin, amplitudes exp(+i omega t), headings in rad of propagation anticlockwise from +x, excitation for a wave of unit
 amplitude with its crest at the origin at t = 0. What an imported file does not tell is NaN, or not there.
+
+With a second mesh of panels twice as long and wide, all coefficients are those of ever finer panels, each with an error
+bar (`tlpsim.loads.bem.convergence`); motions and drift are extrapolated from what each mesh gives.
 """
 
 from __future__ import annotations
@@ -10,9 +13,9 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,6 +25,7 @@ import numpy as np
 import platformdirs
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads.bem.convergence import Limit, limit
 from tlpsim.loads.bem.hydrostatics import Hydrostatics, hydrostatics
 from tlpsim.loads.bem.mesh import Mesh
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
@@ -78,6 +82,17 @@ _HYDROSTATIC_UNITS = {
     "waterplane_second_moments": "m4",
     "stiffness": "N/m, N, N m",
 }
+ERROR_BARS = (
+    "added_mass",
+    "radiation_damping",
+    "excitation_force",
+    "froude_krylov_force",
+    "added_mass_infinite",
+    "added_mass_zero",
+    "mean_drift",
+    "response_amplitude",
+)
+"""What is extrapolated, and has an error bar."""
 _NOT_OF_THE_SOLVER = ("database.py", "hulls.py", "hydrostatics.py", "semisubmersible.py", "hemisphere.py")
 
 
@@ -107,6 +122,9 @@ class HydrodynamicDatabase:
         Of the hull; None where it is not known.
     mesh
         Wetted hull; None where it is not known.
+    error
+        Name of `ERROR_BARS` -> half-width of the bar, positive, of the shape of the value; empty where the values are
+        those of one mesh.
     """
 
     omega: FloatArray
@@ -125,11 +143,16 @@ class HydrodynamicDatabase:
     response_amplitude: ComplexArray | None = None
     hydrostatics: Hydrostatics | None = None
     mesh: Mesh | None = None
+    error: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """All that a database depends on. With `mass` and `stiffness` None the drift is that of the fixed body."""
+    """All that a database depends on. With `mass` and `stiffness` None the drift is that of the fixed body.
+
+    `coarse` is a mesh of the same hull with panels twice as long and wide, `coarse_lid` its lid: with them the
+    coefficients are extrapolated.
+    """
 
     mesh: Mesh
     omega: FloatArray
@@ -140,6 +163,8 @@ class Problem:
     gravity: float = STANDARD_GRAVITY
     mass: FloatArray | None = None
     stiffness: FloatArray | None = None
+    coarse: Mesh | None = None
+    coarse_lid: Mesh | None = None
 
 
 @cache
@@ -164,6 +189,8 @@ def problem_key(problem: Problem) -> str:
         [problem.depth, problem.density, problem.gravity],
         problem.mass,
         problem.stiffness,
+        None if problem.coarse is None else problem.coarse.vertices,
+        None if problem.coarse_lid is None else problem.coarse_lid.vertices,
     ]
     digest.update(repr(problem.mesh.planes).encode())
     for part in parts:
@@ -187,9 +214,42 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
     if (problem.mass is None) != (problem.stiffness is None):
         raise ScenarioError("the mean drift of a moving body needs both its mass and its stiffness; give both or none")
     still = hydrostatics(problem.mesh, problem.density, problem.gravity)
-    body = discretize(problem.mesh, problem.depth, problem.lid)
+    total = len(omega) * (1 if problem.coarse is None else 2)
+    content = _coefficients(problem, problem.mesh, problem.lid, lambda done: progress(done, total))
+    error: dict[str, FloatArray] = {}
+    if problem.coarse is not None:
+        rough = _coefficients(
+            problem, problem.coarse, problem.coarse_lid, lambda done: progress(len(omega) + done, total)
+        )
+        for name in ERROR_BARS:
+            if content[name] is not None:
+                content[name], error[name] = limit_where_finite(content[name], rough[name])
+    return HydrodynamicDatabase(
+        omega=omega,
+        heading=np.atleast_1d(np.asarray(problem.heading, dtype=np.float64)),
+        depth=problem.depth,
+        density=problem.density,
+        gravity=problem.gravity,
+        key=problem_key(problem),
+        hydrostatics=still,
+        mesh=problem.mesh,
+        error=error,
+        **content,
+    )
+
+
+def limit_where_finite(fine: NDArray, coarse: NDArray) -> Limit:
+    """Limit of two meshes; an infinite value stays, with a bar that is NaN."""
+    finite = np.isfinite(fine) & np.isfinite(coarse)
+    value, error = limit(np.where(finite, fine, 0.0), np.where(finite, coarse, 0.0))
+    return Limit(np.where(finite, value, fine), np.where(finite, error, np.nan))
+
+
+def _coefficients(problem: Problem, mesh: Mesh, lid: Mesh | None, report: Callable[[int], None]) -> dict[str, Any]:
+    """Coefficients on one mesh, by the names of the database's fields."""
+    body = discretize(mesh, problem.depth, lid)
     solutions, drift, motions = [], [], []
-    for index, value in enumerate(omega):
+    for index, value in enumerate(np.atleast_1d(problem.omega)):
         solution = solve(body, float(value), problem.heading, problem.density, problem.gravity)
         motion = np.zeros((len(solution.headings), 6), dtype=np.complex128)
         if problem.mass is not None and problem.stiffness is not None:
@@ -197,25 +257,17 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
         drift.append(mean_drift(body, solution, motion))
         motions.append(motion)
         solutions.append(solution)
-        progress(index + 1, len(omega))
-    return HydrodynamicDatabase(
-        omega=omega,
-        heading=solutions[0].headings,
-        depth=problem.depth,
-        density=problem.density,
-        gravity=problem.gravity,
-        added_mass=np.stack([s.added_mass for s in solutions]),
-        radiation_damping=np.stack([s.radiation_damping for s in solutions]),
-        excitation_force=np.stack([s.excitation_force for s in solutions], axis=1),
-        froude_krylov_force=np.stack([s.froude_krylov_force for s in solutions], axis=1),
-        added_mass_infinite=added_mass_limit(body, -1.0, problem.density),
-        added_mass_zero=added_mass_limit(body, 1.0, problem.density),
-        mean_drift=np.stack(drift, axis=1),
-        key=problem_key(problem),
-        response_amplitude=None if problem.mass is None else np.stack(motions, axis=1),
-        hydrostatics=still,
-        mesh=problem.mesh,
-    )
+        report(index + 1)
+    return {
+        "added_mass": np.stack([s.added_mass for s in solutions]),
+        "radiation_damping": np.stack([s.radiation_damping for s in solutions]),
+        "excitation_force": np.stack([s.excitation_force for s in solutions], axis=1),
+        "froude_krylov_force": np.stack([s.froude_krylov_force for s in solutions], axis=1),
+        "added_mass_infinite": added_mass_limit(body, -1.0, problem.density),
+        "added_mass_zero": added_mass_limit(body, 1.0, problem.density),
+        "mean_drift": np.stack(drift, axis=1),
+        "response_amplitude": None if problem.mass is None else np.stack(motions, axis=1),
+    }
 
 
 def write(database: HydrodynamicDatabase, path: str | Path) -> None:
@@ -251,6 +303,11 @@ def _fill(file: h5py.File, database: HydrodynamicDatabase) -> None:
     if database.response_amplitude is not None:
         name = "response_amplitude"
         _dataset(file, name, database.response_amplitude, "m/m, rad/m").attrs["dimensions"] = _DIMENSIONS[name]
+    if database.error:
+        group = file.create_group("error")
+        group.attrs["note"] = "half-width of the bar about the value of the same name, from two meshes"
+        for name, data in database.error.items():
+            group.create_dataset(name, data=data)
     if database.mesh is not None:
         group = file.create_group("mesh")
         group.attrs["name"] = database.mesh.name
@@ -297,6 +354,10 @@ def read(path: str | Path) -> HydrodynamicDatabase:
                 planes = tuple(str(file["mesh"].attrs["planes"]).split())
                 vertices = np.asarray(file["mesh/vertices"])
                 content["mesh"] = Mesh(name=str(file["mesh"].attrs["name"]), vertices=vertices, planes=planes)
+            if "error" in file:
+                content["error"] = {
+                    name: np.asarray(file["error"][name]) for name in ERROR_BARS if name in file["error"]
+                }
             if "hydrostatics" in file:
                 content["hydrostatics"] = _read_hydrostatics(file["hydrostatics"])
             return HydrodynamicDatabase(**content, key=str(file.attrs["key"]))
@@ -319,7 +380,7 @@ def _require_schema(path: str | Path, found: str) -> None:
 
 
 def _read_hydrostatics(group: h5py.Group) -> Hydrostatics:
-    content = {field.name: np.asarray(group[field.name]) for field in fields(Hydrostatics)}
+    content = {item.name: np.asarray(group[item.name]) for item in fields(Hydrostatics)}
     scalars = {name: float(value) for name, value in content.items() if value.ndim == 0}
     return Hydrostatics(**{**content, **scalars})  # type: ignore[arg-type]
 

@@ -9,14 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, compute, read
+from tlpsim.loads.bem.database import HydrodynamicDatabase, compute, read
 from tlpsim.loads.bem.exchange import read_capytaine, read_wamit
-from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
-from tlpsim.loads.bem.hulls import box, hemisphere
+from tlpsim.loads.bem.hulls import box
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios import hydro
 from tlpsim.scenarios.hull import Hull
-from tlpsim.scenarios.hydro import frequencies, frequency_bar, make_problem, numbers, quantity, solved, write_output
+from tlpsim.scenarios.hydro import frequencies, frequency_bar, make_problem, numbers, quantity, write_output
 from tlpsim.scenarios.hydro_figures import couplings, draw_hydrodynamics
 from tlpsim.scenarios.quantities import DENSITY, LENGTH
 
@@ -65,25 +63,6 @@ def test_problem_is_made_of_the_texts() -> None:
     _, warnings = make_problem(HULL, "3.0", "0", "inf", "1000", "9.81", with_lid=False)
     assert len(warnings) == 2  # panels too large for a wave of 7 m, and irregular frequencies without a lid
     assert "panels below" in warnings[0]
-
-
-def test_error_bar_holds_the_exact_hemisphere(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against the multipole series for damping, and the half of the displaced mass for heave at infinite frequency."""
-    monkeypatch.setattr(hydro, "cached", lambda problem, progress: compute(problem, progress=progress))
-    numbers_of_waves = np.array([0.3, 0.6, 1.2])  # K a; the damping in heave peaks at the middle one
-    fine = Problem(mesh=hemisphere(1.0, 8, 8), omega=np.sqrt(9.80665 * numbers_of_waves), heading=np.zeros(1))
-    found = solved(fine, replace(fine, mesh=hemisphere(1.0, 4, 4)))
-    mass = 1025.0 * 2.0 / 3.0 * np.pi
-    damping = found.database.radiation_damping[:, 2, 2]
-    peak = int(np.argmax(damping))
-    exact = hemisphere_coefficients(0, float(numbers_of_waves[peak]))[1] * mass * fine.omega[peak]
-    assert abs(damping[peak] - exact) < found.damping_error[2] * exact
-    heave = found.database.added_mass_infinite[2, 2]
-    assert abs(heave - 0.5 * mass) < found.added_mass_error[2] * heave
-    # Nor are the bars so wide as to hold anything: panels of an eighth of a quadrant are within some per cent.
-    assert np.all(found.added_mass_error[:3] < 0.03)
-    assert found.damping_error[2] < 0.03
-    assert np.all(np.isnan(solved(fine, None).added_mass_error))
 
 
 @pytest.mark.parametrize("name", ["hull.h5", "hull.nc", "hull.1", "hull.data"])

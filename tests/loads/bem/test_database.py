@@ -6,8 +6,20 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.bem import database
-from tlpsim.loads.bem.database import Problem, cache_path, cached, compute, is_database, problem_key, read, write
-from tlpsim.loads.bem.hulls import box
+from tlpsim.loads.bem.database import (
+    ERROR_BARS,
+    Problem,
+    cache_path,
+    cached,
+    compute,
+    is_database,
+    limit_where_finite,
+    problem_key,
+    read,
+    write,
+)
+from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
+from tlpsim.loads.bem.hulls import box, hemisphere
 from tlpsim.loads.bem.hydrostatics import mass_matrix
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
 from tlpsim.loads.bem.solver import discretize, solve
@@ -161,3 +173,40 @@ def test_another_schema_is_refused_with_its_remedy(tmp_path: Path, version: str,
     assert is_database(path)
     with pytest.raises(ScenarioError, match=remedy):
         read(path)
+
+
+def test_extrapolated_hemisphere_lies_within_its_error_bars(tmp_path: Path) -> None:
+    """Against the multipole series, and the half of the displaced mass for heave at infinite frequency."""
+    numbers = np.array([0.3, 0.6, 1.2])  # K a
+    problem = Problem(
+        mesh=hemisphere(1.0, 8, 8),
+        coarse=hemisphere(1.0, 4, 4),
+        omega=np.sqrt(9.80665 * numbers),
+        heading=np.zeros(1),
+        mass=2e3 * np.eye(6),
+        stiffness=1e4 * np.eye(6),
+    )
+    found = compute(problem)
+    mass = 1025.0 * 2.0 / 3.0 * np.pi
+    for index, number in enumerate(numbers):
+        for mode, order in ((0, 1), (2, 0)):
+            exact_mass, exact_damping = (mass * value for value in hemisphere_coefficients(order, float(number)))
+            bar = found.error["added_mass"][index, mode, mode], found.error["radiation_damping"][index, mode, mode]
+            assert abs(found.added_mass[index, mode, mode] - exact_mass) < bar[0]
+            assert abs(found.radiation_damping[index, mode, mode] - exact_damping * found.omega[index]) < bar[1]
+            # Nor are the bars so wide as to hold anything: panels of an eighth of a quadrant are within some per cent.
+            assert bar[0] < 0.05 * exact_mass
+    assert abs(found.added_mass_infinite[2, 2] - 0.5 * mass) < found.error["added_mass_infinite"][2, 2]
+    assert set(found.error) == set(ERROR_BARS)
+    write(found, tmp_path / "hull.h5")
+    again = read(tmp_path / "hull.h5")
+    for name, bar in found.error.items():
+        np.testing.assert_array_equal(again.error[name], bar)
+
+
+def test_an_infinite_limit_stays_infinite() -> None:
+    """A33 at zero frequency in water of finite depth."""
+    value, error = limit_where_finite(np.array([1.0, np.inf]), np.array([1.2, np.inf]))
+    assert value[1] == np.inf
+    assert np.isnan(error[1])
+    assert np.isfinite([value[0], error[0]]).all()
