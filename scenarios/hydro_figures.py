@@ -94,17 +94,17 @@ def added_mass_figure(database: HydrodynamicDatabase) -> Figure:
         (database.added_mass_infinite, {"color": "#d9822b", "linestyle": "--", "label": "A(∞)"}),
         (database.added_mass_zero, {"color": "#3a8f4d", "linestyle": ":", "label": "A(0)"}),
     )
-    return _matrix_figure(database, database.added_mass, "A", "kg", "Added mass", limits)
+    return _matrix_figure(database, "added_mass", "A", "kg", "Added mass", limits)
 
 
 def damping_figure(database: HydrodynamicDatabase) -> Figure:
     """Radiation damping against frequency."""
-    return _matrix_figure(database, database.radiation_damping, "B", "kg/s", "Radiation damping", ())
+    return _matrix_figure(database, "radiation_damping", "B", "kg/s", "Radiation damping", ())
 
 
 def _matrix_figure(
     database: HydrodynamicDatabase,
-    matrices: FloatArray,
+    field: str,
     letter: str,
     unit: str,
     title: str,
@@ -112,6 +112,7 @@ def _matrix_figure(
 ) -> Figure:
     figure = Figure(figsize=(14.0, 6.6), layout="constrained", dpi=120)
     grid = figure.subplots(2, 2 + _COUPLINGS, sharex=True)
+    matrices, bars = getattr(database, field), database.error.get(field)
     first, second = couplings(database.added_mass)
     places = [[(0, 0), (1, 1), (2, 2), first], [(3, 3), (4, 4), (5, 5), second]]
     for row, elements in zip(grid, places, strict=True):
@@ -119,6 +120,9 @@ def _matrix_figure(
             values = [matrices[:, i, j], *(np.atleast_1d(limit[i, j]) for limit, _ in limits)]
             factor, power = _scale(values)
             axes.plot(database.omega, values[0] / factor, color=_COLOURS[0], marker="o", markersize=3, linewidth=1.6)
+            if bars is not None:
+                edges = [(values[0] + sign * bars[:, i, j]) / factor for sign in (-1.0, 1.0)]
+                axes.fill_between(database.omega, *edges, color=_COLOURS[0], alpha=0.25, linewidth=0, label="error bar")
             for limit, style in limits:
                 if np.isfinite(limit[i, j]):
                     axes.axhline(limit[i, j] / factor, linewidth=1.4, **style)
