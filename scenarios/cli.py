@@ -104,6 +104,9 @@ def bem(
     rho: Annotated[str, typer.Option("--rho", metavar="RHO", help="Density of the water in kg/m³.")] = "1025",
     gravity: Annotated[str, typer.Option(metavar="G", help="Gravity in m/s².")] = "9.80665",
     lid: Annotated[bool, typer.Option("--lid/--no-lid", help="A lid removes irregular frequencies.")] = True,
+    vertical_drift: Annotated[
+        bool, typer.Option("--vertical-drift", help="Mean drift in heave, roll and pitch too; takes minutes.")
+    ] = False,
     panel: Annotated[str | None, typer.Option(metavar="M", help="Size of the panels, instead of the file's.")] = None,
     symmetry: Annotated[
         str | None, typer.Option(metavar="XY", help="Planes of symmetry of a mesh file: x, y or xy.")
@@ -111,7 +114,7 @@ def bem(
 ) -> None:
     """Radiation, diffraction and mean drift of a hull by boundary elements, into a hydrodynamic database."""
     try:
-        _bem(hull, output, (omega, headings, depth, rho, gravity), lid, panel, symmetry)
+        _bem(hull, output, (omega, headings, depth, rho, gravity), (lid, vertical_drift), panel, symmetry)
     except KeyboardInterrupt:
         typer.echo("tlpsim: interrupted; nothing was written", err=True)
         raise typer.Exit(130) from None
@@ -121,7 +124,7 @@ def _bem(
     hull: Path,
     output: Path,
     texts: tuple[str, str, str, str, str],
-    lid: bool,
+    choices: tuple[bool, bool],
     panel: str | None,
     symmetry: str | None,
 ) -> None:
@@ -138,7 +141,7 @@ def _bem(
 
     require_writable(output)
     read = read_hull(hull, None if panel is None else quantity(panel, "--panel", LENGTH), symmetry)
-    problem, found = make_problem(read, *texts, with_lid=lid)
+    problem, found = make_problem(read, *texts, *choices)
     for text in found:
         _show_warning(text)
     database, from_cache = solved(problem)

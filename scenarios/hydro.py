@@ -90,7 +90,14 @@ def quantity(text: str, name: str, dimension: Dimension) -> float:
 
 
 def make_problem(
-    hull: Hull, omega: str, headings: str, depth: str, density: str, gravity: str, with_lid: bool
+    hull: Hull,
+    omega: str,
+    headings: str,
+    depth: str,
+    density: str,
+    gravity: str,
+    with_lid: bool,
+    vertical_drift: bool = False,
 ) -> tuple[Problem, list[str]]:
     """Problem of a hull and of the texts of the command line, and warnings about it.
 
@@ -122,6 +129,7 @@ def make_problem(
         mass=None if body is None else body.mass_matrix(),
         stiffness=None if body is None else body.total_stiffness(hull.mesh, heavy, pull),
         coarse=hull.coarse,
+        vertical_drift=vertical_drift,
         coarse_lid=None if lid is None or hull.coarse is None else lid_of(hull.coarse),
     )
     return problem, warnings

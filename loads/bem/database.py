@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from tlpsim.loads.bem.convergence import Limit, limit
 from tlpsim.loads.bem.hydrostatics import Hydrostatics, hydrostatics
 from tlpsim.loads.bem.mesh import Mesh
+from tlpsim.loads.bem.near_field import near_field_drift
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
 from tlpsim.loads.bem.solver import added_mass_limit, discretize, solve
 from tlpsim.loads.errors import ScenarioError
@@ -113,7 +114,7 @@ class HydrodynamicDatabase:
     added_mass_infinite, added_mass_zero
         (6, 6) at infinite and zero frequency.
     mean_drift
-        (headings, frequencies, 3): surge, sway, yaw; or (headings, frequencies, 6).
+        (headings, frequencies, 3): surge, sway, yaw; or (headings, frequencies, 6) through a control surface.
     key
         Hash of what the numbers depend on; "" for imported ones.
     response_amplitude
@@ -151,7 +152,8 @@ class Problem:
     """All that a database depends on. With `mass` and `stiffness` None the drift is that of the fixed body.
 
     `coarse` is a mesh of the same hull with panels twice as long and wide, `coarse_lid` its lid: with them the
-    coefficients are extrapolated.
+    coefficients are extrapolated. The mean drift is that of the far field in surge, sway and yaw; with `vertical_drift`
+    it is that through a control surface in all six degrees of freedom, which takes most of the time.
     """
 
     mesh: Mesh
@@ -165,6 +167,7 @@ class Problem:
     stiffness: FloatArray | None = None
     coarse: Mesh | None = None
     coarse_lid: Mesh | None = None
+    vertical_drift: bool = False
 
 
 @cache
@@ -186,7 +189,7 @@ def problem_key(problem: Problem) -> str:
         None if problem.lid is None else problem.lid.vertices,
         np.atleast_1d(problem.omega),
         np.atleast_1d(problem.heading),
-        [problem.depth, problem.density, problem.gravity],
+        [problem.depth, problem.density, problem.gravity, problem.vertical_drift],
         problem.mass,
         problem.stiffness,
         None if problem.coarse is None else problem.coarse.vertices,
@@ -254,7 +257,7 @@ def _coefficients(problem: Problem, mesh: Mesh, lid: Mesh | None, report: Callab
         motion = np.zeros((len(solution.headings), 6), dtype=np.complex128)
         if problem.mass is not None and problem.stiffness is not None:
             motion = response_amplitudes(solution, problem.mass, problem.stiffness)
-        drift.append(mean_drift(body, solution, motion))
+        drift.append((near_field_drift if problem.vertical_drift else mean_drift)(body, solution, motion))
         motions.append(motion)
         solutions.append(solution)
         report(index + 1)

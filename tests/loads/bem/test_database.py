@@ -210,3 +210,12 @@ def test_an_infinite_limit_stays_infinite() -> None:
     assert value[1] == np.inf
     assert np.isnan(error[1])
     assert np.isfinite([value[0], error[0]]).all()
+
+
+def test_vertical_drift_goes_into_the_database() -> None:
+    """Six components, of which surge and sway are those of the far field (all have tests of their own)."""
+    problem = Problem(mesh=hemisphere(1.0, 6, 6), omega=np.array([3.0]), heading=np.array([0.3]))
+    far, near = compute(problem).mean_drift, compute(replace(problem, vertical_drift=True)).mean_drift
+    assert (far.shape, near.shape) == ((1, 1, 3), (1, 1, 6))
+    np.testing.assert_allclose(near[0, 0, :2], far[0, 0, :2], rtol=0.02)
+    assert problem_key(problem) != problem_key(replace(problem, vertical_drift=True))
