@@ -1,4 +1,7 @@
-"""The platform FMU: six degrees of freedom on tethers, driven by wind, wave and external forces."""
+"""The platform FMU: six degrees of freedom on tethers, driven by wind, wave and external forces.
+
+Added mass and the memory of radiated waves come from a hydrodynamic database, or added mass is constant.
+"""
 
 import ctypes
 
@@ -12,7 +15,8 @@ from tlpsim.fmus.version import built_version  # noqa: E402
 built_version(Path(__file__).parent)  # before the imports that another version may not have
 
 import dataclasses  # noqa: E402
-from collections.abc import Callable, Iterable  # noqa: E402
+from collections.abc import Callable, Iterable, Mapping  # noqa: E402
+from functools import lru_cache  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -28,10 +32,17 @@ from tlpsim.fmus.component import (  # noqa: E402
 )
 from tlpsim.fmus.tables import matrix_from_json, record_from_json  # noqa: E402
 from tlpsim.loads import issc_tlp  # noqa: E402
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM  # noqa: E402
+from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
+from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
+from tlpsim.loads.checks import entry  # noqa: E402
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM, SEA_WATER_DENSITY  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
+from tlpsim.loads.hydro.diffraction import require_site  # noqa: E402
+from tlpsim.loads.hydro.radiation import ConvolutionMemory, Radiation, convolution_memory, radiation  # noqa: E402
+from tlpsim.loads.hydro.state_space import StateSpaceMemory, state_space_memory  # noqa: E402
 from tlpsim.loads.platform.body import Body  # noqa: E402
 from tlpsim.loads.platform.equilibrium import damping_from_ratios  # noqa: E402
+from tlpsim.loads.platform.memory import Memory, NoMemory  # noqa: E402
 from tlpsim.loads.platform.motion import PlatformModel, PlatformState, advance, initial_state  # noqa: E402
 from tlpsim.loads.platform.tendons import Tendons  # noqa: E402
 
@@ -39,7 +50,14 @@ TENSIONS = 12
 _BODY = issc_tlp.body()
 _LOADS = ("wind_force.*", "wave_force.*", "external_force.*")
 _FORCE, _MOTION = ("N", "N.m"), ("m", "rad")
-_STATE = ("position", "velocity", "acceleration", "force", "tensions")
+_STATE = tuple(each.name for each in dataclasses.fields(PlatformState))
+MORISON, NO_RADIATION = "morison", "none"
+MEMORY: Mapping[str, Callable[[Radiation], ConvolutionMemory | StateSpaceMemory] | None] = {
+    "convolution": convolution_memory,
+    "state_space": state_space_memory,
+    NO_RADIATION: None,
+}
+_LONG_WAVE = 0.3  # rad/s, below which nothing of note is radiated
 
 
 def _vector(name: str, unit: str, values: Any, description: str) -> tuple[Variable, ...]:
@@ -61,12 +79,13 @@ def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
     def vector(name: str, parts: Iterable[str]) -> NDArray[Any]:
         return np.array([parameter(f"{name}.{part}") for part in parts])
 
-    added_mass, tendons = parameter("added_mass"), parameter("tendons")
+    tendons = parameter("tendons")
+    added_mass, memory = _fluid(parameter)
     body = Body(
         mass=parameter("mass"),
         centre_of_gravity=vector("centre_of_gravity", "xyz"),
         inertia=np.diag(vector("inertia", "xyz")),
-        added_mass=matrix_from_json(added_mass, "added_mass") if added_mass else issc_tlp.ADDED_MASS,
+        added_mass=added_mass,
         displaced_volume=parameter("displaced_volume"),
         centre_of_buoyancy=vector("centre_of_buoyancy", "xyz"),
         waterplane_area=parameter("waterplane_area"),
@@ -79,9 +98,41 @@ def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
         tendons=record_from_json(Tendons, tendons, "tendons") if tendons else issc_tlp.tendons(),
         free=vector("free", DEGREES_OF_FREEDOM),
         method=parameter("integrator"),
+        memory=memory,
     )
     damping = damping_from_ratios(undamped, vector("damping_ratio", DEGREES_OF_FREEDOM))
     return dataclasses.replace(undamped, linear_damping=damping)
+
+
+def _fluid(parameter: Callable[[str], Any]) -> tuple[NDArray[np.float64], Memory]:
+    """Added mass, and the memory of radiated waves that goes with it."""
+    name, given = parameter("hydrodynamics"), parameter("added_mass")
+    make = entry(MEMORY, parameter("radiation"), "parameter radiation")
+    if given:
+        return matrix_from_json(given, "added_mass"), NoMemory()
+    density = parameter("water_density")
+    if name == MORISON or (make is None and not name):
+        return issc_tlp.ADDED_MASS * (density / SEA_WATER_DENSITY), NoMemory()
+    site = (parameter("water_depth"), density, parameter("gravity"))
+    if make is None:
+        longest_waves = _database(name, *site).added_mass[0]
+        return 0.5 * (longest_waves + longest_waves.T), NoMemory()
+    memory = make(radiation(_database(name, *site))) if name else _issc_memory(parameter("radiation"), *site)
+    return memory.added_mass, memory
+
+
+def _database(name: str, depth: float, density: float, gravity: float) -> HydrodynamicDatabase:
+    database = database_by_name(name, depth, density, gravity)
+    label = f"hydrodynamic database {name}"
+    require_site(database, depth=depth, density=density, gravity=gravity, frequency=_LONG_WAVE, name=label)
+    return database
+
+
+@lru_cache(maxsize=4)
+def _issc_memory(kind: str, depth: float, density: float, gravity: float) -> ConvolutionMemory | StateSpaceMemory:
+    make = MEMORY[kind]
+    assert make is not None
+    return make(radiation(_database("", depth, density, gravity)))
 
 
 class TlpsimPlatform(Component):
@@ -123,6 +174,9 @@ class TlpsimPlatform(Component):
             _BODY.waterplane_moments,
             "second moment of the waterplane about the axis",
         ),
+        real_parameter(
+            "water_depth", "m", issc_tlp.WATER_DEPTH, "depth of the water, for the database of the ISSC TLP"
+        ),
         real_parameter("water_density", "kg/m3", _BODY.water_density, "density of the water"),
         real_parameter("gravity", "m/s2", _BODY.gravity, "acceleration of gravity"),
         *(
@@ -137,7 +191,21 @@ class TlpsimPlatform(Component):
         ),
         text_parameter("integrator", "fox_goodwin", "fox_goodwin, central_difference or average_acceleration"),
         text_parameter(
-            "added_mass", "", "JSON list of 6 lists of 6 (kg, kg.m, kg.m2), about the reference point; empty: ISSC TLP"
+            "hydrodynamics",
+            "",
+            "added mass and radiation: path of a hydrodynamic database (.h5); morison: constant added mass of the ISSC "
+            "TLP; empty: the database of the ISSC TLP for this water, computed on first use",
+        ),
+        text_parameter(
+            "radiation",
+            "convolution",
+            "memory of radiated waves: convolution, state_space, or none (added mass is that of long waves)",
+        ),
+        text_parameter(
+            "added_mass",
+            "",
+            "constant added mass instead of the database's, without memory: JSON list of 6 lists of 6 (kg, kg.m, "
+            "kg.m2), about the reference point; empty: of the database",
         ),
         text_parameter(
             "tendons",

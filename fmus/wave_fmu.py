@@ -1,6 +1,7 @@
-"""The wave FMU: first-order inertia, drag and current forces on the hull's members.
+"""The wave FMU: first-order diffraction force, and drag of waves and current on the hull's members.
 
-The sea comes from digital filters (`generator` "arma") or is a sum of harmonic components ("harmonic").
+The sea comes from digital filters (`generator` "arma") or is a sum of harmonic components ("harmonic"). The
+first-order force is that of a hydrodynamic database, or Morison's inertia force on the members.
 """
 
 import ctypes
@@ -30,10 +31,12 @@ from tlpsim.fmus.component import (  # noqa: E402
     text_parameter,
 )
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
+from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.filters.arma import Orders  # noqa: E402
 from tlpsim.loads.filters.process import ProcessState  # noqa: E402
+from tlpsim.loads.hydro.diffraction import band_of_energy, excitation, require_coverage, require_site  # noqa: E402
 from tlpsim.loads.hydro.excitation import WaveLoads, mean_current_force  # noqa: E402
 from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
 from tlpsim.loads.hydro.morison import Members  # noqa: E402
@@ -47,6 +50,7 @@ from tlpsim.loads.waves.field import calm_water, wave_components  # noqa: E402
 from tlpsim.loads.waves.sea import Sea, SeaState  # noqa: E402
 from tlpsim.loads.waves.spectra import SpectrumTable  # noqa: E402
 
+MORISON = "morison"
 _FORCE = ("N", "N.m")
 _MOTION = ("position.*", "velocity.*")
 
@@ -61,7 +65,27 @@ def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
         current_speed=parameter("current_speed"),
         current_heading=parameter("current_heading"),
         displaced_position=parameter("displaced_position"),
+        excitation=_excitation(parameter),
     )
+
+
+def _excitation(parameter: Callable[[str], Any]) -> Callable[[Sea], NDArray[np.complex128]] | None:
+    """Transfer functions of a hydrodynamic database; None for Morison's inertia force."""
+    name = parameter("hydrodynamics")
+    if name == MORISON or parameter("significant_height") == 0.0:
+        return None
+    if parameter("members") and not name:
+        raise ScenarioError(
+            "parameter members gives a hull of its own, but parameter hydrodynamics is empty, which is the database "
+            f"of the ISSC TLP; name that hull's database file, or take {MORISON!r}"
+        )
+    depth, density, gravity = (parameter(key) for key in ("water_depth", "water_density", "gravity"))
+    database = database_by_name(name, depth, density, gravity)
+    label, state = f"hydrodynamic database {name or 'of the ISSC TLP'}", _state(parameter)
+    lowest = 2.0 * np.pi * band_of_energy(state)[0]
+    require_site(database, depth=depth, density=density, gravity=gravity, frequency=lowest, name=label)
+    require_coverage(database, state, label)
+    return excitation(database)
 
 
 def current_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
@@ -131,7 +155,7 @@ GENERATORS = {"arma": _arma, "harmonic": _harmonic}
 class TlpsimWave(Component):
     """Adapter over `tlpsim.loads.waves` and `tlpsim.loads.hydro`."""
 
-    description = "Wave and current forces on a moving platform: Morison inertia and relative-velocity drag"
+    description = "Wave and current forces on a moving platform: diffraction and relative-velocity drag"
     table = (
         *six("position", "input", "position of the platform", ("m", "rad")),
         *six("velocity", "input", "velocity of the platform", ("m/s", "rad/s")),
@@ -183,6 +207,12 @@ class TlpsimWave(Component):
         ),
         text_parameter(
             "generator", "arma", "how the sea is made: arma (digital filters) or harmonic (sum of components)"
+        ),
+        text_parameter(
+            "hydrodynamics",
+            "",
+            "first-order force: path of a hydrodynamic database (.h5); morison: inertia of the members; empty: the "
+            "database of the ISSC TLP for this water, computed on first use",
         ),
         text_parameter(
             "members",

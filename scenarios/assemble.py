@@ -32,7 +32,7 @@ from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.sections import BUILTIN
+from tlpsim.scenarios.sections import BUILTIN, MORISON
 from tlpsim.scenarios.sections import Component as Entry
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
             _warn_of_left_out(scenario, name, instances[name])
         yield Assembly(
             system=system,
-            notes=tuple(check(system)),
+            notes=(_database_note(scenario), *check(system)),
             loops=tuple(frozenset(loop) for loop in loops(system)),
         )
     finally:
@@ -173,19 +173,39 @@ def _wave(scenario: Scenario) -> Parameters:
         "gravity": site.gravity,
         "current_speed": current.speed,
         "current_heading": math.radians(current.heading_deg),
+        "hydrodynamics": _hydrodynamics(scenario),
     }
+
+
+def _hydrodynamics(scenario: Scenario) -> str:
+    """The parameter `hydrodynamics` of the wave and the platform FMU, for which the ISSC TLP's database is ""."""
+    name = scenario.platform.hydrodynamics
+    return "" if name == scenario.platform.model else name
+
+
+def _database_note(scenario: Scenario) -> str:
+    """What the first-order forces and the radiation of a run are made from."""
+    platform, site = scenario.platform, scenario.site
+    if platform.hydrodynamics == MORISON:
+        return "hydrodynamics: Morison's inertia force and constant added mass"
+    name = platform.hydrodynamics
+    if name == platform.model:
+        water = f"{site.water_depth:g} m, {site.water_density:g} kg/m3"
+        name = f"database of {name} for {water}, made on first use and kept in the user's cache"
+    return f"hydrodynamics: {name}; radiation: {platform.radiation}"
 
 
 def _platform(scenario: Scenario) -> Parameters:
     site = scenario.site
     ratios = zip(DEGREES_OF_FREEDOM, scenario.platform.damping_ratios, strict=True)
     pretension = issc_tlp.balancing_pretension(site.water_density, site.gravity)
-    body = issc_tlp.body(site.water_density, site.gravity)
     return {
         **{f"damping_ratio.{degree}": ratio for degree, ratio in ratios},
         "water_density": site.water_density,
         "gravity": site.gravity,
-        "added_mass": json.dumps(body.added_mass.tolist()),
+        "water_depth": site.water_depth,
+        "hydrodynamics": _hydrodynamics(scenario),
+        "radiation": scenario.platform.radiation,
         "tendons": record_to_json(issc_tlp.tendons(site.water_depth, pretension)),
     }
 

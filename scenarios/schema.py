@@ -109,7 +109,8 @@ class Scenario(Section):
         Parameters
         ----------
         path : str or Path
-            TOML file. Paths of FMUs in it are relative to its folder, and absolute after loading.
+            TOML file. Paths of FMUs and of the hydrodynamic database in it are relative to its folder, and absolute
+            after loading.
         overrides : Sequence[str]
             Settings "KEY=VALUE" that go over those of the file, each read as one line of TOML, KEY dotted.
             A VALUE that is no TOML is text: ``wind.spectrum=harris``, ``simulation.duration=3h``.
@@ -125,7 +126,8 @@ class Scenario(Section):
             settings = merge(settings, parse_override(override))
         sources = [Source(name=str(path), data=read_toml(file)), Source(name="override", data=settings)]
         changes = merge(sources[0].data, settings)
-        return cls._build(_standard(), absolute_paths(changes, file.resolve().parent), sources)
+        folder = file.resolve().parent
+        return cls._build(_standard(), _absolute_database(absolute_paths(changes, folder), folder), sources)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], where: str = "scenario") -> Self:
@@ -263,6 +265,14 @@ SECTIONS: dict[Location, type[BaseModel]] = {
 
 def _standard() -> dict[str, Any]:
     return {"components": STANDARD_COMPONENTS, "connections": expand(STANDARD_CONNECTIONS)}
+
+
+def _absolute_database(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    platform = data.get("platform")
+    name = platform.get("hydrodynamics") if isinstance(platform, Mapping) else None
+    if not isinstance(name, str) or not name.endswith(".h5"):
+        return data
+    return merge(data, {"platform": {"hydrodynamics": str((folder / Path(name).expanduser()).resolve())}})
 
 
 def _end_problem(end: str, components: Sequence[str]) -> str:

@@ -39,6 +39,7 @@ BUILTIN_COMPONENTS = ("wind", "wave", "platform")
 LARGEST_SEED = 2**31 - 1  # an FMI Integer is a signed 32-bit number
 # Depth of the deepest part of each hull below the mean water level, m.
 DRAFT = {"issc_tlp": 35.0}
+MORISON = "morison"  # inertia force on members and constant added mass, instead of a hydrodynamic database
 
 Filter = Literal["hold", "linear", "cubic", "quintic", "six_point", "kaiser", "optimal"]
 Extrapolation = Literal["hold", "linear", "quadratic", "derivatives"]
@@ -81,9 +82,11 @@ DampingRatio = Annotated[Ratio, Field(ge=0)]
 
 
 class Platform(Section):
-    """Hull and its linear damping, as ratios of critical by degree of freedom."""
+    """Hull, its hydrodynamics, and its linear damping as ratios of critical by degree of freedom."""
 
     model: Literal["issc_tlp"] = "issc_tlp"
+    hydrodynamics: StrictStr = "issc_tlp"
+    radiation: Literal["convolution", "state_space", "none"] = "convolution"
     damping_ratios: tuple[DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio] = (
         0.0,
         0.0,
@@ -92,6 +95,15 @@ class Platform(Section):
         0.02,
         0.0,
     )
+
+    @field_validator("hydrodynamics")
+    @classmethod
+    def _known_or_file(cls, value: str) -> str:
+        known = (*DRAFT, MORISON)
+        if value not in known and not value.endswith(".h5"):
+            hint = nearest(value, known)
+            raise ValueError(f"must be the path of a hydrodynamic database (.h5) or one of {', '.join(known)}{hint}")
+        return value
 
 
 class Segment(Section):

@@ -6,6 +6,10 @@ The equations:
     periods         (K - omega² M) phi = 0 with the tangent stiffness K at a pose; single: K_ii/M_ii
     damping         B_ii = 2 zeta_i sqrt(M_ii K_ii)
     equilibrium     r(x) = Q(x), by Newton's method with the exact tangent
+
+Where the model has a fluid memory, M holds the added mass of infinite frequency, and so do energy, periods and damping.
+That is right for the tether modes; slow modes carry more added mass, of which the memory makes the difference (the ISSC
+TLP's surge period is 102.9 s with it and 98.4 s by M alone).
 """
 
 from typing import Any

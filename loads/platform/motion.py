@@ -1,7 +1,8 @@
 """The motion of the platform in time: one-step Newmark filter with exact nonlinear restoring.
 
-    M x'' + B x' + r(x) = Q(t, x),    r = gradient of the potential energy of weight, buoyancy and tendons,
-                                      Q = (force, E^T moment) of the external load (see body.py)
+    M x'' + B x' + F_m + r(x) = Q(t, x),  r = gradient of the potential energy of weight, buoyancy and tendons,
+                                          Q = (force, E^T moment) of the external load (see body.py),
+                                          F_m = force of the fluid's memory of x' (see memory.py)
     x_{n+1} = x_n + h v_n + h² [(1/2 - beta) a_n + beta a_{n+1}],   v_{n+1} = v_n + h/2 (a_n + a_{n+1})
 
 With gamma = 1/2 and constant stiffness this is the digital filter
@@ -10,7 +11,8 @@ With gamma = 1/2 and constant stiffness this is the digital filter
 for beta = 0 the central-difference filter of Li & Kareem (1990). Fox-Goodwin (beta = 1/12) has a frequency
 error of (omega h)⁴/480 and is the default; position and acceleration share that accuracy, while velocity
 has the trapezoidal rule's relative error of (omega h)²/12. The acceleration of each sub-step is
-corrected with the tangent stiffness at zero pose in the effective matrix until it stands still.
+corrected with the tangent stiffness at zero pose in the effective matrix until it stands still. The memory's
+filters run at the sub-step; what of them acts at once counts as damping.
 
 Inertia is that of small angles: M is constant, and terms quadratic in the rates are left out. The
 external load is linear in time between the ends of a step.
@@ -26,6 +28,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.errors import ScenarioError, StepError
 from tlpsim.loads.platform.body import Body, fixed_array, generalized_force, hydrostatic_load, mass_matrix
+from tlpsim.loads.platform.memory import Memory, NoMemory
+from tlpsim.loads.platform.state import PlatformState, fit_history
 from tlpsim.loads.platform.tendons import Tendons, tendon_loads
 
 METHODS = {"central_difference": 0.0, "fox_goodwin": 1.0 / 12.0, "average_acceleration": 0.25}
@@ -33,6 +37,7 @@ METHODS = {"central_difference": 0.0, "fox_goodwin": 1.0 / 12.0, "average_accele
 LARGEST_PHASE = 0.35
 """rad, limit of omega_max h: Fox-Goodwin's frequency error stays below 3.2e-5, and all methods are stable."""
 LARGEST_ITERATION = 30
+_SPARE = 64  # sub-steps of one step that fit into the ring of velocities beside what the memory needs
 _NOT_FINITE, _NOT_CONVERGED = -1, -2
 
 
@@ -46,6 +51,7 @@ class PlatformModel:
     linear_damping : (6, 6) N·s/m, N·s, N·m·s, on the rates of the pose; none by default.
     free : (6,) bool, degrees of freedom that move; all by default. Held ones keep their position.
     method : a key of `METHODS`.
+    memory : force of radiated waves; with it the body's added mass is that of infinite frequency.
     mass : (6, 6) mass matrix with added mass (derived).
     stiffness : (6, 6) tangent stiffness at zero pose (derived).
     highest_frequency : rad/s, largest natural frequency of the free degrees of freedom (derived).
@@ -62,6 +68,7 @@ class PlatformModel:
     linear_damping: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 6)))
     free: NDArray[np.bool_] = field(default_factory=lambda: np.ones(6, dtype=np.bool_))
     method: str = "fox_goodwin"
+    memory: Memory = field(default_factory=NoMemory)
     mass: NDArray[np.float64] = field(init=False, repr=False)
     stiffness: NDArray[np.float64] = field(init=False, repr=False)
     highest_frequency: float = field(init=False, repr=False)
@@ -130,34 +137,6 @@ def tangent_stiffness(model: PlatformModel, pose: NDArray[np.float64]) -> NDArra
     return 0.5 * (stiffness + stiffness.T)
 
 
-@dataclass(slots=True, kw_only=True, eq=False)
-class PlatformState:
-    """State of the motion; `advance` writes into its arrays.
-
-    Attributes
-    ----------
-    position, velocity, acceleration : (6,) m, rad and their time derivatives.
-    force : (6,) N, N·m, external load at the present time.
-    tensions : (n,) N.
-    """
-
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    acceleration: NDArray[np.float64]
-    force: NDArray[np.float64]
-    tensions: NDArray[np.float64]
-
-    def copy(self) -> "PlatformState":
-        """Exact snapshot that shares nothing with this state."""
-        return PlatformState(
-            position=self.position.copy(),
-            velocity=self.velocity.copy(),
-            acceleration=self.acceleration.copy(),
-            force=self.force.copy(),
-            tensions=self.tensions.copy(),
-        )
-
-
 def initial_state(model: PlatformModel, position: ArrayLike, velocity: ArrayLike, force: ArrayLike) -> PlatformState:
     """State at the start, with the acceleration that the equation of motion gives.
 
@@ -206,18 +185,25 @@ def advance(model: PlatformModel, state: PlatformState, force_end: ArrayLike, st
         raise StepError(f"platform force at the step's end has shape {load.shape}, expected (6,)")
     if not 0.0 < step < math.inf:
         raise StepError(f"platform step is {step} s, expected a finite number > 0")
-    substeps = max(1, math.ceil(step * model.highest_frequency / LARGEST_PHASE - 1e-9))
+    shortest = max(model.highest_frequency / LARGEST_PHASE, 1.0 / model.memory.longest_step)
+    substeps = max(1, math.ceil(step * shortest - 1e-9))
+    memory = model.memory.discrete(step / substeps)
+    fit_history(state, step / substeps, memory.taps.shape[0] + max(substeps, _SPARE), memory.transition.shape[0])
     outcome = _advance(
         state.position,
         state.velocity,
         state.acceleration,
         state.force,
         state.tensions,
+        state.history,
+        state.cursor,
+        state.filters,
         load,
         step / substeps,
         substeps,
         METHODS[model.method],
         *model.arrays,
+        *memory.arrays,
     )
     if outcome == _NOT_FINITE:
         raise StepError(f"platform force at the step's end is {load}, expected finite numbers")
@@ -282,12 +268,45 @@ def _invert(matrix):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _remember(  # type: ignore[no-untyped-def]
+    velocity, history, cursor, filters, pairs, taps, transition, drive, output, extent, predicted, force
+):
+    """Force of the past of a sub-step -> `force` (6,), eq. (1) of memory.py; filters half way -> `predicted`.
+
+    Puts the velocity at the sub-step's start into the ring and returns its row.
+    """
+    rows, states = history.shape[0], filters.shape[0]
+    cursor = cursor + 1 if cursor + 1 < rows else 0
+    for i in range(6):
+        history[cursor, i] = velocity[i]
+        force[i] = 0.0
+    slot = cursor
+    for k in range(taps.shape[0]):
+        for p in range(pairs.shape[0]):
+            force[pairs[p, 0]] += taps[k, p] * history[slot, pairs[p, 1]]
+        slot = slot - 1 if slot > 0 else rows - 1
+    for m in range(states):
+        total = 0.0
+        for n in range(extent[m, 0], extent[m, 1]):
+            total += transition[m, n] * filters[n]
+        for i in range(6):
+            total += drive[m, i] * velocity[i]
+        predicted[m] = total
+        for i in range(6):
+            force[i] += output[i, m] * total
+    return cursor
+
+
+@njit(cache=True)
 def _advance(  # type: ignore[no-untyped-def]
     position,
     velocity,
     acceleration,
     force,
     tensions,
+    history,
+    cursor,
+    filters,
     force_end,
     h,
     substeps,
@@ -296,9 +315,20 @@ def _advance(  # type: ignore[no-untyped-def]
     hydrostatics,
     lines,
     free,
+    direct,
+    pairs,
+    taps,
+    transition,
+    drive,
+    output,
+    extent,
 ):
-    """Newmark sub-steps into the state, 0; or an error code with the state unchanged."""
-    mass, damping, stiffness = matrices[0], matrices[1], matrices[2]
+    """Newmark sub-steps into the state, 0; or an error code with the state unchanged.
+
+    The ring of velocities has room for all sub-steps beside what the memory reads, so that rows which it may yet
+    need are not written over before the step is accepted.
+    """
+    mass, damping, stiffness = matrices[0], matrices[1] + direct, matrices[2]
     x, v, a = position.copy(), velocity.copy(), acceleration.copy()
     inverse = mass + 0.5 * h * damping + beta * h * h * stiffness
     for i in range(6):
@@ -310,10 +340,12 @@ def _advance(  # type: ignore[no-untyped-def]
             inverse[i, i] = 1.0
     _invert(inverse)
     external, total, pull = np.empty(6), np.empty(6), np.empty(lines.shape[0])
-    predicted, rates = np.empty(6), np.empty(6)
+    predicted, rates, past = np.empty(6), np.empty(6), np.empty(6)
+    newest, states, half_way = cursor[0], filters.copy(), np.empty(filters.shape[0])
     floor = hydrostatics[2] ** 2 / mass[0, 0]  # below it, corrections are round-off
     for k in range(substeps):
         fraction = (k + 1) / substeps
+        newest = _remember(v, history, newest, states, pairs, taps, transition, drive, output, extent, half_way, past)
         for i in range(6):
             external[i] = force[i] + (force_end[i] - force[i]) * fraction
             predicted[i] = x[i] + h * v[i] + (0.5 - beta) * h * h * a[i]
@@ -325,6 +357,7 @@ def _advance(  # type: ignore[no-untyped-def]
                 v[i] = rates[i] + 0.5 * h * a[i]
             _generalized_load(x, external, hydrostatics, lines, total, pull)
             for i in range(6):
+                total[i] -= past[i]
                 for j in range(6):
                     total[i] -= mass[i, j] * a[j] + damping[i, j] * v[j]
                 if not free[i]:
@@ -345,5 +378,11 @@ def _advance(  # type: ignore[no-untyped-def]
         for i in range(6):
             x[i] = predicted[i] + beta * h * h * a[i]
             v[i] = rates[i] + 0.5 * h * a[i]
+        for m in range(states.shape[0]):
+            states[m] = half_way[m]
+            for i in range(6):
+                states[m] += drive[m, i] * v[i]
+    cursor[0] = newest
+    filters[:] = states
     position[:], velocity[:], acceleration[:], force[:], tensions[:] = x, v, a, force_end, pull
     return 0

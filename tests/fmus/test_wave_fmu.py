@@ -7,8 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tlpsim.fmus.tables import record_to_json
 from tlpsim.fmus.wave_fmu import TlpsimWave, wave_model
+from tlpsim.loads.bem.database import write
+from tlpsim.loads.bem.issc import issc_database
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.hydro.diffraction import excitation_transfer
+from tlpsim.loads.hydro.issc_members import issc_members
+from tlpsim.loads.hydro.morison import inertia_transfer
 from tlpsim.loads.waves.elevation import ArmaSea
 from tlpsim.loads.waves.field import WaveComponents
 from tlpsim.loads.waves.spectra import pierson_moskowitz
@@ -90,3 +96,31 @@ def test_state_of_a_short_crested_sea_is_restored_exactly(tmp_path: Path) -> Non
     for k in range(1500, 1700):
         other.do_step(0.5 * k, 0.5)
         assert other.get_real(outputs) == later[k - 1500]
+
+
+def test_first_order_force_is_that_of_the_database(tmp_path: Path) -> None:
+    path = tmp_path / "issc.h5"
+    write(issc_database(), path)
+    built_in, from_file = model(), model(hydrodynamics=str(path))
+    np.testing.assert_array_equal(built_in.excitation_transfer, from_file.excitation_transfer)
+    exact = excitation_transfer(issc_database(), built_in.sea.angular_frequency, built_in.sea.heading, 450.0)
+    np.testing.assert_array_equal(built_in.excitation_transfer, exact)
+    members = inertia_transfer(issc_members(), built_in.sea)
+    np.testing.assert_array_equal(model(hydrodynamics="morison").excitation_transfer, members)
+
+
+def test_a_database_that_does_not_fit_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"nowhere\.h5"):
+        model(hydrodynamics="nowhere.h5")
+    with pytest.raises(ScenarioError, match="members gives a hull of its own, but parameter hydrodynamics is empty"):
+        model(members=record_to_json(issc_members()))
+    path = tmp_path / "issc.h5"
+    write(issc_database(), path)
+    assert model(members=record_to_json(issc_members()), hydrodynamics=str(path)).strips.drag.any()
+    with pytest.raises(ScenarioError, match=r"issc\.h5 is for a water depth of 450 m, the site has 60 m"):
+        model(hydrodynamics=str(path), water_depth=60.0)
+    with pytest.raises(
+        ScenarioError, match=r"issc\.h5 covers .* to 0\.3867 Hz .* but the waves have .* to 0\.79\d* Hz"
+    ):
+        model(hydrodynamics=str(path), peak_period=2.5, frequency_max=0.8, sampling_step=0.25)
+    assert model(significant_height=0.0, hydrodynamics="nowhere.h5").evaluate(0.0, np.zeros(6), np.zeros(6)) is not None

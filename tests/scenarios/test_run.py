@@ -7,6 +7,8 @@ import pytest
 
 from tlpsim.fmus.build import build
 from tlpsim.loads import issc_tlp
+from tlpsim.loads.bem.database import write
+from tlpsim.loads.bem.issc import issc_database
 from tlpsim.loads.errors import FmuError, ScenarioError, StepError, WiringError
 from tlpsim.loads.platform.equilibrium import static_equilibrium
 from tlpsim.orchestrator.observers import Observer
@@ -134,12 +136,47 @@ def test_map_gives_an_fmus_own_names(scenario_file: Path, tmp_path: Path) -> Non
 
 
 def test_site_reaches_the_fmus(scenario_file: Path) -> None:
-    scenario = Scenario.load(scenario_file, ["site.water_depth=900", "site.water_density=1000"])
+    # Another depth asks for another database, which takes its time; the site does not depend on it.
+    changes = ["site.water_depth=900", "site.water_density=1000", "platform.hydrodynamics=morison"]
+    scenario = Scenario.load(scenario_file, changes)
     with assembled(scenario) as assembly:
         parameters = {component.name: component.parameters for component in assembly.system.components}
     assert parameters["wave"]["water_depth"] == 900.0
     assert '"anchors": [[43.125, 43.125, -900.0]' in str(parameters["platform"]["tendons"])
     assert parameters["platform"]["water_density"] == 1000.0
+
+
+def test_one_key_gives_both_fmus_their_hydrodynamics(scenario_file: Path, tmp_path: Path) -> None:
+    write(issc_database(), tmp_path / "hull.h5")
+    for name, own, words in (
+        ("issc_tlp", "", "database of issc_tlp for 450 m, 1025 kg/m3"),
+        ("hull.h5", str(tmp_path / "hull.h5"), f"hydrodynamics: {tmp_path / 'hull.h5'}; radiation: state_space"),
+        ("morison", "morison", "Morison's inertia force and constant added mass"),
+    ):
+        changes = [f"platform.hydrodynamics={name}", "platform.radiation=state_space"]
+        with assembled(Scenario.load(scenario_file, changes)) as assembly:
+            parameters = {component.name: component.parameters for component in assembly.system.components}
+        assert parameters["wave"]["hydrodynamics"] == parameters["platform"]["hydrodynamics"] == own
+        assert parameters["platform"]["radiation"] == "state_space"
+        assert words in assembly.notes[0]
+
+
+def test_radiation_damps_the_waves_motion(scenario_file: Path, tmp_path: Path) -> None:
+    """The three memories through the FMUs: the filters agree with each other, and differ from none at all."""
+    moved = {
+        kind: positions(
+            run_scenario(
+                Scenario.load(scenario_file, ["simulation.duration=200", f"platform.radiation={kind}"]),
+                tmp_path / "r.h5",
+            )
+        )[:3]
+        for kind in ("convolution", "state_space", "none")
+    }
+    spread = moved["convolution"].std(axis=1)
+    apart = {kind: np.abs(moved[kind] - moved["convolution"]).max(axis=1) / spread for kind in moved}
+    # 2 % of the transfer function is a few thousandths of the motion, which is mostly that of mass and mooring.
+    assert apart["state_space"].max() < 0.02
+    assert apart["none"].max() > 0.05
 
 
 class Fault(Observer):
@@ -166,6 +203,7 @@ BAD: list[tuple[type[Exception], str, str]] = [
     (WiringError, "components.wave.parameters={significant_heigth = 3.0}", "nearest match: 'significant_height'"),
     (WiringError, 'connections={"platform.wave_force.surge"={from="wave.force.sruge"}}', "nearest match.*force.surge"),
     (WiringError, 'connections={"wind.velocity.surge"={from="platform.position.surge"}}', "in m and .*in m/s"),
+    (ScenarioError, "platform.hydrodynamics=nowhere.h5", r"components\.wave: .*nowhere\.h5"),
     (ScenarioError, "waves.hs=3", "waves.hs: unknown key"),
     (ScenarioError, 'wind.speed="20 kg"', "'kg' is not a unit of speed"),
     (ScenarioError, "components.wave.step=0.35", "step"),

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 import tlpsim.scenarios.schema
+from tlpsim.fmus.platform_fmu import MEMORY
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
@@ -112,6 +113,7 @@ def test_the_choices_are_those_of_the_physics() -> None:
     assert choices(Coupling, "filter") == set(SYMMETRIC)
     assert choices(Coupling, "extrapolation") == set(EXTRAPOLATIONS)
     assert choices(Platform, "model") == set(DRAFT)
+    assert choices(Platform, "radiation") == set(MEMORY)
     assert DRAFT["issc_tlp"] == issc_tlp.DRAUGHT
 
 
@@ -145,6 +147,13 @@ def test_paths_of_fmus_are_relative_to_the_scenario(write: Write, tmp_path: Path
     assert wind.fmu == str(tmp_path.resolve() / "vendor" / "wind.fmu")
     assert wind.own_name("force.surge") == "Fx"
     assert wind.own_name("force.sway") == "force.sway"
+
+
+def test_the_path_of_a_database_is_relative_to_the_scenario(write: Write, tmp_path: Path) -> None:
+    path = write('[platform]\nhydrodynamics = "hull/coefficients.h5"')
+    assert Scenario.load(path).platform.hydrodynamics == str(tmp_path / "hull" / "coefficients.h5")
+    assert Scenario.load(path, ["platform.hydrodynamics=other.h5"]).platform.hydrodynamics == str(tmp_path / "other.h5")
+    assert Scenario.load(path, ["platform.hydrodynamics=morison"]).platform.hydrodynamics == "morison"
 
 
 def test_connections_add_to_override_and_remove_the_standard_ones(write: Write) -> None:
@@ -287,6 +296,11 @@ def test_a_given_seed_is_kept_and_not_given_twice() -> None:
         ("[waves]\ncomponents = 1.5", ["waves.components = 1.5", "whole number"]),
         ('[waves]\ndisplaced_position = "yes"', ["waves.displaced_position", "true or false"]),
         ("[site]\nwater_depth = 30", ["site.water_depth = 30", "draft of issc_tlp, 35 m"]),
+        (
+            '[platform]\nhydrodynamics = "morrison"',
+            ["platform.hydrodynamics", "(.h5)", "did you mean 'morison'", 'default is "issc_tlp"'],
+        ),
+        ('[platform]\nradiation = "memory"', ["platform.radiation", "'convolution', 'state_space' or 'none'"]),
         ("[platform]\ndamping_ratios = [0, 0]", ["platform.damping_ratios[2]", "missing"]),
         ('[simulation]\nstart = "rst"', ["simulation.start", "'equilibrium' or 'rest'"]),
         ("[simulation]\nseed = -1\nduration = 0\n", ["simulation.duration = 0", "and 1 more"]),

@@ -1,0 +1,115 @@
+"""The hydrodynamic database of the ISSC tension leg platform, computed on first use and kept in the user's cache.
+
+Frequencies are equally spaced in ω at first, then in the wavenumber k = ω²/g: waves that run between columns at a
+distance 2 b meet with phases 2 k b, so that coefficients swing with a period of π / b in k, here 0.05 rad/m from
+corner to corner. Excitation swings with 2 π / b. The narrowest swing, of excitation in heave about 1.05 rad/s, sets
+the spacing in ω: interpolated there, the heave of a regular wave of 6 s is 0.9 % off (`benchmarks/physics.py`). The
+highest frequency is a tenth above 0.35 Hz, the end of the band in which waves act by default
+(`tlpsim.loads.waves.elevation`). Panels of 3.5 m are then a third of a wave long, which is coarse, but excitation and
+damping are small there.
+
+Headings cover 45°; the hull's symmetry gives the others (`tlpsim.loads.hydro.diffraction`). Over the whole circle
+they are 96, which resolves exp(-i k b cos(β - β₀)) with b = 61 m up to k b = 37 at the highest frequency.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cached, read
+from tlpsim.loads.bem.hulls import issc_hull, lid, tlp
+from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
+from tlpsim.loads.issc_tlp import WATER_DEPTH
+
+FloatArray = NDArray[np.float64]
+
+PANEL = 3.5
+"""m, about the size of a panel."""
+LID_RINGS = 2
+LOWEST_FREQUENCY, JOINT_FREQUENCY, HIGHEST_FREQUENCY = 0.05, 1.13, 2.43
+"""rad/s; the spacing is even in ω below the joint and even in k above."""
+FREQUENCY_STEP = 0.0225
+"""rad/s"""
+WAVENUMBER_STEP = 0.009
+"""rad/m"""
+HEADING_STEP = np.radians(3.75)
+"""rad"""
+
+
+def issc_frequencies(gravity: float = STANDARD_GRAVITY) -> FloatArray:
+    """Frequencies of the database in rad/s, ascending."""
+    count = round((JOINT_FREQUENCY - LOWEST_FREQUENCY) / FREQUENCY_STEP)
+    even = np.linspace(LOWEST_FREQUENCY, JOINT_FREQUENCY, count + 1)
+    joint, end = JOINT_FREQUENCY**2 / gravity, HIGHEST_FREQUENCY**2 / gravity
+    short = np.linspace(joint, end, int(np.ceil((end - joint) / WAVENUMBER_STEP)) + 1)
+    return np.concatenate([even, np.sqrt(gravity * short[1:])])
+
+
+def issc_problem(
+    depth: float = WATER_DEPTH, density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY
+) -> Problem:
+    """What the database of the ISSC TLP depends on, in water of a depth (m), density (kg/m³) and gravity (m/s²)."""
+    mesh = tlp(issc_hull(), PANEL)
+    return Problem(
+        mesh=mesh,
+        lid=lid(mesh, LID_RINGS),
+        omega=issc_frequencies(gravity),
+        heading=HEADING_STEP * np.arange(round(0.25 * np.pi / HEADING_STEP) + 1),
+        depth=depth,
+        density=density,
+        gravity=gravity,
+    )
+
+
+def _silent(done: int, total: int) -> None:
+    pass
+
+
+@lru_cache(maxsize=8)
+def issc_database(
+    depth: float = WATER_DEPTH,
+    density: float = SEA_WATER_DENSITY,
+    gravity: float = STANDARD_GRAVITY,
+    progress: Callable[[int, int], None] = _silent,
+) -> HydrodynamicDatabase:
+    """Database of the ISSC TLP, read from the user's cache or computed, which takes some seconds.
+
+    Parameters
+    ----------
+    depth
+        Of the water, m; infinity for deep water.
+    density
+        Of the water, kg/m³.
+    gravity
+        In m/s².
+    progress
+        Called as `progress(done, total)` after each frequency.
+
+    Raises
+    ------
+    ScenarioError
+        If the hull reaches the bottom, or a number is not positive.
+    """
+    return cached(issc_problem(depth, density, gravity), progress=progress)
+
+
+def database_by_name(name: str, depth: float, density: float, gravity: float) -> HydrodynamicDatabase:
+    """The database in a file, or that of the ISSC TLP for a site where `name` is empty.
+
+    Parameters
+    ----------
+    name
+        Path of an HDF5 file, or "".
+    depth, density, gravity
+        Of the site, m, kg/m³ and m/s².
+
+    Raises
+    ------
+    ScenarioError
+        If the file is missing or holds no database, or the ISSC TLP cannot float there.
+    """
+    return read(name) if name else issc_database(depth, density, gravity)
