@@ -13,12 +13,12 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -26,11 +26,12 @@ import platformdirs
 from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.bem.convergence import Limit, limit
+from tlpsim.loads.bem.discretization import Discretization, discretize
 from tlpsim.loads.bem.hydrostatics import Hydrostatics, hydrostatics
 from tlpsim.loads.bem.mesh import Mesh
 from tlpsim.loads.bem.near_field import near_field_drift
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
-from tlpsim.loads.bem.solver import added_mass_limit, discretize, solve
+from tlpsim.loads.bem.solver import Solution, added_mass_limit, solve
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive
 
@@ -94,7 +95,30 @@ ERROR_BARS = (
     "response_amplitude",
 )
 """What is extrapolated, and has an error bar."""
-_NOT_OF_THE_SOLVER = ("database.py", "hulls.py", "hydrostatics.py", "semisubmersible.py", "hemisphere.py")
+_SOLVER = (
+    "control_surface.py",
+    "convergence.py",
+    "database.py",
+    "discretization.py",
+    "field_points.py",
+    "gradient.py",
+    "green_deep.py",
+    "green_finite.py",
+    "green_path.py",
+    "green_polynomials.py",
+    "incident.py",
+    "influence.py",
+    "mesh.py",
+    "near_field.py",
+    "quadratic.py",
+    "rankine.py",
+    "response.py",
+    "solver.py",
+    "surface.py",
+    "symmetry.py",
+    "../waves/airy.py",
+)
+"""What the numbers of a database come from: a change in one of these files makes other numbers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,10 +198,8 @@ class Problem:
 def _solver_digest() -> str:
     """Hash of the solver itself: numbers of another solver are other numbers."""
     digest = hashlib.sha256()
-    folder = Path(__file__).parent
-    for path in [*sorted(folder.glob("*.py")), folder.parent / "waves" / "airy.py"]:
-        if path.name not in _NOT_OF_THE_SOLVER:
-            digest.update(path.name.encode() + path.read_bytes())
+    for name in _SOLVER:
+        digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()
 
 
@@ -217,13 +239,17 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
     if (problem.mass is None) != (problem.stiffness is None):
         raise ScenarioError("the mean drift of a moving body needs both its mass and its stiffness; give both or none")
     still = hydrostatics(problem.mesh, problem.density, problem.gravity)
-    total = len(omega) * (1 if problem.coarse is None else 2)
-    content = _coefficients(problem, problem.mesh, problem.lid, lambda done: progress(done, total))
-    error: dict[str, FloatArray] = {}
+    bodies = [discretize(problem.mesh, problem.depth, problem.lid)]
     if problem.coarse is not None:
-        rough = _coefficients(
-            problem, problem.coarse, problem.coarse_lid, lambda done: progress(len(omega) + done, total)
-        )
+        bodies.append(discretize(problem.coarse, problem.depth, problem.coarse_lid))
+    solved: list[list[_AtFrequency]] = [[] for _ in bodies]
+    for index, value in enumerate(omega):
+        for body, results in zip(bodies, solved, strict=True):
+            results.append(_at_frequency(problem, body, float(value)))
+        progress(index + 1, len(omega))
+    content, *coarse = (_coefficients(problem, *pair) for pair in zip(bodies, solved, strict=True))
+    error: dict[str, FloatArray] = {}
+    for rough in coarse:
         for name in ERROR_BARS:
             if content[name] is not None:
                 content[name], error[name] = limit_where_finite(content[name], rough[name])
@@ -248,19 +274,25 @@ def limit_where_finite(fine: NDArray, coarse: NDArray) -> Limit:
     return Limit(np.where(finite, value, fine), np.where(finite, error, np.nan))
 
 
-def _coefficients(problem: Problem, mesh: Mesh, lid: Mesh | None, report: Callable[[int], None]) -> dict[str, Any]:
+class _AtFrequency(NamedTuple):
+    solution: Solution
+    motion: ComplexArray
+    drift: FloatArray
+
+
+def _at_frequency(problem: Problem, body: Discretization, omega: float) -> _AtFrequency:
+    solution = solve(body, omega, problem.heading, problem.density, problem.gravity)
+    motion = np.zeros((len(solution.headings), 6), dtype=np.complex128)
+    if problem.mass is not None and problem.stiffness is not None:
+        motion = response_amplitudes(solution, problem.mass, problem.stiffness)
+    drift = (near_field_drift if problem.vertical_drift else mean_drift)(body, solution, motion)
+    light = replace(solution, radiation=np.zeros(0), diffraction=np.zeros(0))  # potentials are not kept
+    return _AtFrequency(solution=light, motion=motion, drift=drift)
+
+
+def _coefficients(problem: Problem, body: Discretization, results: Sequence[_AtFrequency]) -> dict[str, Any]:
     """Coefficients on one mesh, by the names of the database's fields."""
-    body = discretize(mesh, problem.depth, lid)
-    solutions, drift, motions = [], [], []
-    for index, value in enumerate(np.atleast_1d(problem.omega)):
-        solution = solve(body, float(value), problem.heading, problem.density, problem.gravity)
-        motion = np.zeros((len(solution.headings), 6), dtype=np.complex128)
-        if problem.mass is not None and problem.stiffness is not None:
-            motion = response_amplitudes(solution, problem.mass, problem.stiffness)
-        drift.append((near_field_drift if problem.vertical_drift else mean_drift)(body, solution, motion))
-        motions.append(motion)
-        solutions.append(solution)
-        report(index + 1)
+    solutions = [result.solution for result in results]
     return {
         "added_mass": np.stack([s.added_mass for s in solutions]),
         "radiation_damping": np.stack([s.radiation_damping for s in solutions]),
@@ -268,8 +300,8 @@ def _coefficients(problem: Problem, mesh: Mesh, lid: Mesh | None, report: Callab
         "froude_krylov_force": np.stack([s.froude_krylov_force for s in solutions], axis=1),
         "added_mass_infinite": added_mass_limit(body, -1.0, problem.density),
         "added_mass_zero": added_mass_limit(body, 1.0, problem.density),
-        "mean_drift": np.stack(drift, axis=1),
-        "response_amplitude": None if problem.mass is None else np.stack(motions, axis=1),
+        "mean_drift": np.stack([result.drift for result in results], axis=1),
+        "response_amplitude": None if problem.mass is None else np.stack([result.motion for result in results], axis=1),
     }
 
 

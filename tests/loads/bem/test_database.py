@@ -1,3 +1,4 @@
+import re
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
@@ -87,6 +88,24 @@ def test_moving_body_has_its_motion_and_the_drift_of_it() -> None:
     np.testing.assert_allclose(found.response_amplitude[:, 1], motion, rtol=1e-9, atol=1e-12)
     drift = mean_drift(body, solution, motion)
     np.testing.assert_allclose(found.mean_drift[:, 1], drift, rtol=1e-9, atol=1e-9 * np.max(np.abs(drift)))
+
+
+def imports(path: Path) -> set[str]:
+    """Modules of `tlpsim.loads.bem` that a file imports, and those that these import."""
+    found: set[str] = set()
+    waiting = [path]
+    while waiting:
+        for name in re.findall(r"^from tlpsim\.loads\.bem\.(\w+) import", waiting.pop().read_text(), re.MULTILINE):
+            if f"{name}.py" not in found:
+                found.add(f"{name}.py")
+                waiting.append(path.with_name(f"{name}.py"))
+    return found
+
+
+def test_key_depends_on_all_that_numbers_come_from() -> None:
+    """Every module that the database imports counts, but those that only hand numbers on."""
+    handing_on = {"hydrostatics.py", "green.py"}
+    assert imports(Path(str(database.__file__))) - handing_on <= set(database._SOLVER)
 
 
 def test_unchanged_problem_is_not_solved_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
