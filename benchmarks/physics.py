@@ -22,10 +22,8 @@ from report import Row, at_least, at_most, main
 from tlpsim.fmus.platform_fmu import TlpsimPlatform, platform_model
 from tlpsim.fmus.tables import record_to_json
 from tlpsim.loads import issc_tlp
-from tlpsim.loads.bem.database import write
+from tlpsim.loads.bem.database import compute, write
 from tlpsim.loads.bem.issc import issc_database, issc_problem
-from tlpsim.loads.bem.response import response_amplitudes
-from tlpsim.loads.bem.solver import discretize, solve
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.filters.convolution import kernel_response
 from tlpsim.loads.filters.model import spectrum
@@ -111,8 +109,6 @@ def regular_wave(folder: Path, period: float, heading: float, kind: str) -> tupl
 def response(quick: bool) -> list[Row]:
     """Regular-wave response of the chain against the response at that frequency."""
     periods, headings = (PERIODS[1::4], HEADINGS[1:]) if quick else (PERIODS, HEADINGS)
-    problem = issc_problem()
-    body = discretize(problem.mesh, problem.depth, problem.lid)
     model = platform("convolution")
     mass = model.mass - model.body.added_mass
     rows = []
@@ -121,9 +117,12 @@ def response(quick: bool) -> list[Row]:
             found, exact = [], []
             for period in periods:
                 omega, motion = regular_wave(Path(name), period, heading, "convolution")
-                solution = solve(body, omega, [np.radians(heading)], problem.density, problem.gravity)
+                at = dataclasses.replace(issc_problem(), omega=np.array([omega]), heading=np.radians([heading]))
+                panels = compute(at)
+                dynamic = -(omega**2) * (mass + panels.added_mass[0]) + model.stiffness
+                dynamic = dynamic + 1j * omega * (panels.radiation_damping[0] + model.linear_damping)
                 found.append(motion)
-                exact.append(response_amplitudes(solution, mass, model.stiffness, model.linear_damping)[0])
+                exact.append(np.linalg.solve(dynamic, panels.excitation_force[0, 0]))
             rows += response_rows(periods, heading, np.array(found), np.array(exact))
     return rows
 

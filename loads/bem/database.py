@@ -25,7 +25,7 @@ import numpy as np
 import platformdirs
 from numpy.typing import ArrayLike, NDArray
 
-from tlpsim.loads.bem.convergence import Limit, limit
+from tlpsim.loads.bem.convergence import Limit, limit, resolved_share
 from tlpsim.loads.bem.discretization import Discretization, discretize
 from tlpsim.loads.bem.hydrostatics import Hydrostatics, hydrostatics
 from tlpsim.loads.bem.mesh import Mesh
@@ -85,7 +85,7 @@ _HYDROSTATIC_UNITS = {
     "stiffness": "N/m, N, N m",
 }
 ERROR_BARS = (
-    "added_mass",
+    "added_mass",  # before its limit at infinite frequency, of which it takes the difference of the meshes
     "radiation_damping",
     "excitation_force",
     "froude_krylov_force",
@@ -250,9 +250,17 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
     content, *coarse = (_coefficients(problem, *pair) for pair in zip(bodies, solved, strict=True))
     error: dict[str, FloatArray] = {}
     for rough in coarse:
+        numbers = [result.solution.wavenumber for result in solved[0]]
+        share = resolved_share(problem.coarse, numbers)  # type: ignore[arg-type]
         for name in ERROR_BARS:
-            if content[name] is not None:
-                content[name], error[name] = limit_where_finite(content[name], rough[name])
+            if content[name] is None:
+                continue
+            axes = _DIMENSIONS[name].split(", ")
+            part = share.reshape([-1 if axis == "frequency" else 1 for axis in axes]) if "frequency" in axes else 1.0
+            steady = 0.0
+            if name == "added_mass":  # of which the part without waves keeps its correction in short waves
+                steady = content["added_mass_infinite"] - rough["added_mass_infinite"]
+            content[name], error[name] = limit_where_finite(content[name], rough[name], part, steady)
     return HydrodynamicDatabase(
         omega=omega,
         heading=np.atleast_1d(np.asarray(problem.heading, dtype=np.float64)),
@@ -267,10 +275,10 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
     )
 
 
-def limit_where_finite(fine: NDArray, coarse: NDArray) -> Limit:
+def limit_where_finite(fine: NDArray, coarse: NDArray, share: ArrayLike = 1.0, steady: ArrayLike = 0.0) -> Limit:
     """Limit of two meshes; an infinite value stays, with a bar that is NaN."""
     finite = np.isfinite(fine) & np.isfinite(coarse)
-    value, error = limit(np.where(finite, fine, 0.0), np.where(finite, coarse, 0.0))
+    value, error = limit(np.where(finite, fine, 0.0), np.where(finite, coarse, 0.0), share, steady)
     return Limit(np.where(finite, value, fine), np.where(finite, error, np.nan))
 
 

@@ -53,10 +53,12 @@ def issc_problem(
     depth: float = WATER_DEPTH, density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY
 ) -> Problem:
     """What the database of the ISSC TLP depends on, in water of a depth (m), density (kg/m³) and gravity (m/s²)."""
-    mesh = tlp(issc_hull(), PANEL)
+    mesh, coarse = (tlp(issc_hull(), PANEL, coarse=coarse) for coarse in (False, True))
     return Problem(
         mesh=mesh,
         lid=lid(mesh, LID_RINGS),
+        coarse=coarse,
+        coarse_lid=lid(coarse, LID_RINGS),
         omega=issc_frequencies(gravity),
         heading=HEADING_STEP * np.arange(round(0.25 * np.pi / HEADING_STEP) + 1),
         depth=depth,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tlpsim.loads.bem.convergence import limit, observed_limit
+from tlpsim.loads.bem.convergence import limit, observed_limit, resolved_share
 from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
 from tlpsim.loads.bem.hulls import hemisphere
 from tlpsim.loads.bem.solver import discretize, solve
@@ -41,3 +41,14 @@ def test_hemisphere_extrapolated_from_384_panels() -> None:
     found = limit(fine, coarse)
     assert np.all(np.abs(found.value - exact) <= found.error)
     assert np.all(np.abs(found.value - exact) < 0.7 * np.abs(fine - exact))
+
+
+def test_short_waves_are_not_extrapolated() -> None:
+    """Panels of a quarter of the radius at the waterline: diagonals of about 0.4 take part up to k = 2.5 or so."""
+    coarse = hemisphere(1.0, 6, 6)
+    share = resolved_share(coarse, [0.1, 1.0, 4.0, 40.0])
+    np.testing.assert_allclose(share[[0, 1, 3]], [1.0, 1.0, 0.0], atol=1e-12)
+    assert 0.0 < share[2] < 1.0
+    found = limit(np.full(4, 2.0), np.full(4, 3.0), share)
+    assert found.value[0] < found.value[2] < found.value[3] == 2.0
+    assert found.error[3] > found.error[0]

@@ -25,18 +25,20 @@ PUBLISHED = {
     11.0: (47835.4, 27370.4, 5.67444e7, 1.275668e8),
     10.0: (51518.9, 27091.2, 5.58411e7, 1.356132e8),
 }
-DAMPING_15_S = (1605.13, 46.895, 4.26679e5, 3478.7)
+DAMPING_11_S = (921.71, 540.28, 1.385916e6, 6.27267e5)
 
 
-def test_added_mass_between_the_frequencies_is_the_published_one() -> None:
+def test_coefficients_are_those_of_the_published_table_less_its_error() -> None:
     database = issc_database()
     modes = [0, 2, 4, 5]
     added = CubicSpline(database.omega, database.added_mass[:, modes, modes] / 1025.0)
     for period, published in PUBLISHED.items():
-        # Panels of 3.5 m and those of the published run, of two metres, differ by 2 % on this hull.
-        np.testing.assert_allclose(added(2.0 * np.pi / period), published, rtol=0.025)
+        # The published run is 1.4 to 3.2 % above the limit of ever finer panels (benchmarks/bem.py, `converged`).
+        ratio = added(2.0 * np.pi / period) / published
+        assert np.all((ratio > 0.965) & (ratio < 0.99))
     damping = CubicSpline(database.omega, database.radiation_damping[:, modes, modes] / 1025.0)
-    np.testing.assert_allclose(damping(2.0 * np.pi / 15.0), DAMPING_15_S, rtol=0.03)
+    ratio = damping(2.0 * np.pi / 11.0) / DAMPING_11_S
+    assert np.all((ratio > 0.95) & (ratio < 1.0))
 
 
 def test_hull_has_the_displacement_of_the_platform() -> None:

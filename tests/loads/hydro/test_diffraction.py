@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tlpsim.loads import issc_tlp
-from tlpsim.loads.bem.database import HydrodynamicDatabase
+from tlpsim.loads.bem.database import HydrodynamicDatabase, compute
 from tlpsim.loads.bem.issc import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, issc_database, issc_problem
-from tlpsim.loads.bem.solver import discretize, solve
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.filters.convolution import kernel_response
 from tlpsim.loads.filters.model import spectrum
@@ -70,11 +69,9 @@ def test_a_hull_without_symmetry_is_left_alone() -> None:
 
 def test_between_the_grid_points_it_is_what_the_panels_give(issc: HydrodynamicDatabase) -> None:
     """A frequency half way between two of the database and a heading that it has not, solved for on their own."""
-    problem = issc_problem()
-    body = discretize(problem.mesh, problem.depth, problem.lid)
-    heading = np.radians(-163.1)
-    for omega in (0.43, 0.71):
-        exact = solve(body, omega, [heading], problem.density, problem.gravity).excitation_force[0]
+    heading, frequencies = np.radians(-163.1), np.array([0.43, 0.71])
+    panels = compute(replace(issc_problem(), omega=frequencies, heading=np.array([heading])))
+    for omega, exact in zip(frequencies, panels.excitation_force[0], strict=True):
         found = excitation_transfer(issc, np.array([omega]), np.array([heading]), 450.0)[:, 0]
         # A cubic spline through half a radian of phase a step: 0.1 %; of the largest of force and of moment.
         for part in (slice(0, 3), slice(3, 6)):
