@@ -281,20 +281,16 @@ def read_stl(path: str | Path) -> Mesh:
     ScenarioError
         If the file is missing or is no STL.
     """
+    from stl import mesh as files  # takes long to import, and few need it
+
     try:
-        data = Path(path).read_bytes()
+        triangles = np.asarray(files.Mesh.from_file(str(path), calculate_normals=False).vectors, dtype=np.float64)
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read ({error.strerror}); give the path of a mesh file") from error
-    count = int(np.frombuffer(data[80:84], dtype="<u4")[0]) if len(data) >= 84 else -1
-    if len(data) == 84 + 50 * count:
-        record = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])
-        triangles = np.frombuffer(data[84:], dtype=record)["vertices"].astype(np.float64)
-    else:
-        words = [line.split() for line in data.decode("ascii", errors="replace").splitlines()]
-        numbers = [word[1:4] for word in words if len(word) == 4 and word[0] == "vertex"]
-        if not numbers or len(numbers) % 3:
-            raise ScenarioError(f"{path}: not an STL file of triangles; export it as binary or ASCII STL")
-        triangles = np.array(numbers, dtype=np.float64).reshape(-1, 3, 3)
+    except Exception as error:  # the library raises what the bytes happen to break
+        raise ScenarioError(f"{path}: not an STL file ({error}); export it as binary or ASCII STL") from error
+    if len(triangles) == 0:
+        raise ScenarioError(f"{path}: holds no triangles; export it as binary or ASCII STL")
     return Mesh(name=Path(path).stem, vertices=triangles[:, [0, 1, 2, 2]])
 
 

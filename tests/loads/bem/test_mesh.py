@@ -67,8 +67,9 @@ def test_stl(binary: bool, tmp_path: Path) -> None:
     else:
         text = ["solid hull"]
         for triangle in triangles:
-            text += ["facet normal 0 0 0", "outer loop", *(f"vertex {x} {y} {z}" for x, y, z in triangle), "endloop"]
-        path.write_text("\n".join([*text, "endsolid"]))
+            text += ["facet normal 0 0 0", "outer loop", *(f"vertex {x} {y} {z}" for x, y, z in triangle)]
+            text += ["endloop", "endfacet"]
+        path.write_text("\n".join([*text, "endsolid hull", ""]))
     np.testing.assert_allclose(volumes(read_stl(path)), 12.0, rtol=1e-6)
 
 
