@@ -8,6 +8,8 @@ highest frequency is a tenth above 0.35 Hz, the end of the band in which waves a
 (`tlpsim.loads.waves.elevation`). Panels of 3.5 m are then a third of a wave long, which is coarse, but excitation and
 damping are small there.
 
+The drift is that of the platform on its tethers, moving in the waves.
+
 Headings cover 45°; the hull's symmetry gives the others (`tlpsim.loads.hydro.diffraction`). Over the whole circle
 they are 96, which resolves exp(-i k b cos(β - β₀)) with b = 61 m up to k b = 37 at the highest frequency.
 """
@@ -15,15 +17,19 @@ they are 96, which resolves exp(-i k b cos(β - β₀)) with b = 61 m up to k b 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tlpsim.loads import issc_tlp
 from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cached, read
 from tlpsim.loads.bem.hulls import issc_hull, lid, tlp
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.issc_tlp import WATER_DEPTH
+from tlpsim.loads.platform.body import mass_matrix
+from tlpsim.loads.platform.motion import PlatformModel
 
 FloatArray = NDArray[np.float64]
 
@@ -54,6 +60,11 @@ def issc_problem(
 ) -> Problem:
     """What the database of the ISSC TLP depends on, in water of a depth (m), density (kg/m³) and gravity (m/s²)."""
     mesh, coarse = (tlp(issc_hull(), PANEL, coarse=coarse) for coarse in (False, True))
+    body = issc_tlp.body(density, gravity)
+    pretension = issc_tlp.balancing_pretension(density, gravity)
+    # In deep water the tethers are those of the usual depth: they matter for the slow motions only.
+    tendons = issc_tlp.tendons(depth if np.isfinite(depth) else WATER_DEPTH, pretension)
+    moored = PlatformModel(body=body, tendons=tendons)
     return Problem(
         mesh=mesh,
         lid=lid(mesh, LID_RINGS),
@@ -64,6 +75,8 @@ def issc_problem(
         depth=depth,
         density=density,
         gravity=gravity,
+        mass=mass_matrix(replace(body, added_mass=np.zeros((6, 6)))),
+        stiffness=moored.stiffness,
     )
 
 

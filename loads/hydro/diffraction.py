@@ -105,7 +105,7 @@ def _sorted(heading: FloatArray, force: ComplexArray) -> tuple[FloatArray, Compl
     return turned[chosen], force[chosen]
 
 
-def _at_heading(headings: FloatArray, forces: ComplexArray, heading: float) -> ComplexArray:
+def at_heading(headings: FloatArray, forces: ComplexArray, heading: float) -> ComplexArray:
     """Force (frequencies, 6) at one heading in rad, eq. (2), or that of the database where it has this heading."""
     distance = np.abs(np.angle(np.exp(1j * (headings - heading))))
     nearest = int(np.argmin(distance))
@@ -170,7 +170,7 @@ def excitation_transfer(
     result = np.empty((6, len(omega)), dtype=np.complex128)
     for value in np.unique(heading):
         chosen = np.flatnonzero(heading == value)
-        transfer = _at_heading(headings, forces, float(value))
+        transfer = at_heading(headings, forces, float(value))
         table = (
             CubicSpline(database.omega, transfer) if len(database.omega) > 1 else lambda at, t=transfer: t + 0.0 * at
         )
