@@ -2,20 +2,26 @@
 
     [eta; F; u] = Re{sum_n H_n exp(-i k_n (X cos beta_n + Y sin beta_n)) a_n(t)}                     (1)
     F_drag = sum_s [e; r x e] 0.5 rho C_D w l |u_r| u_r,   u_r = u + U_current - v                   (2)
+    F_drift = F_0 + sum_r W_r |z_r|²,   z_r = sum_n G_rn exp(-i k_n (X cos beta_n + Y sin beta_n)) a_n(t)  (3)
 
 a_n are the amplitudes of any linear sea (`tlpsim.loads.waves.sea`): of harmonic components, or those by which an
 elevation from a digital filter is convolved with the kernels of all rows of H. (X, Y) is the horizontal position of
 the platform, or the origin: taking the waves at the displaced position is exact for translation, since a shift of a
-linear wave is a change of its phase. Turning and heave of the strips are neglected. F is any first-order force given
-by its transfer function, Morison's inertia force unless another one is given. All rows of eq. (1) are one real matrix,
-so that a call is one matrix-vector product and one pass over the strips, in a compiled loop whose order of summation
-is fixed: a run repeats bit for bit whatever the linear algebra library. Drag acts up to mean water level. The current
-is uniform over the depth and does not change the waves.
+linear wave is a change of its phase, and a platform that moves slowly through the waves meets them at the frequency of
+encounter. Turning of the strips is neglected. F is any first-order force given by its transfer function, Morison's
+inertia force unless another one is given. All rows of eq. (1), and of eq. (3) as z_r and its quadrature, are one real
+matrix, so that a call is one matrix-vector product and one pass over the strips, in a compiled loop whose order of
+summation is fixed: a run repeats bit for bit whatever the linear algebra library.
+
+Drag acts up to mean water level, at the middle of fixed strips; or up to the instantaneous surface, with stretched
+kinematics and the platform's heave, roll and pitch in the water line (`tlpsim.loads.hydro.splash`). The current changes
+the waves only where that is asked for (`tlpsim.loads.waves.doppler`).
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -32,12 +38,32 @@ from tlpsim.loads.hydro.morison import (
     inertia_transfer,
     strip_velocity_transfer,
 )
+from tlpsim.loads.hydro.splash import DEFAULT_LARGEST_ELEVATION, SplashZone, splash_drag, splash_zone
+from tlpsim.loads.waves.current import Current, current_velocity, uniform_current
+from tlpsim.loads.waves.doppler import sea_in_current
 from tlpsim.loads.waves.sea import Sea
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_FORCE_ROWS = 7  # elevation and six first-order forces come before the water velocities
+_FORCE_ROWS = 7  # elevation and six first-order forces come before the other rows
+_BLOCK = 4  # components that `_linear_rows` adds in one pass
+
+
+class QuadraticFilters(Protocol):
+    """What eq. (3) needs, such as `tlpsim.loads.hydro.quadratic_filters.DriftFilters`; about the reference point."""
+
+    @property
+    def transfer(self) -> ComplexArray:
+        """G of the components of the sea, platform at the origin, shape (R, N)."""
+
+    @property
+    def weight(self) -> FloatArray:
+        """W, shape (6, R)."""
+
+    @property
+    def constant(self) -> FloatArray:
+        """F_0, shape (6,), N and N·m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,11 +78,14 @@ class WaveForces:
         Drag force and moment, shape (6,), N and N·m.
     elevation
         Of the undisturbed water at the point that the phases refer to, m.
+    drift
+        Second-order force and moment, eq. (3), shape (6,), N and N·m; zero where no filters are given.
     """
 
     diffraction: FloatArray
     viscous: FloatArray
     elevation: float
+    drift: FloatArray
 
 
 def _current_velocity(speed: float, heading: float) -> FloatArray:
@@ -69,52 +98,84 @@ def _current_velocity(speed: float, heading: float) -> FloatArray:
     return np.array([speed * np.cos(heading), speed * np.sin(heading), 0.0])
 
 
+def _current_on_strips(strips: Strips, speed: float, heading: float, current: Current | None) -> FloatArray:
+    """Current along the transverse axes of the strips, shape (2s,), m/s."""
+    uniform = _current_velocity(speed, heading)
+    if current is None:
+        return np.asarray(strips.direction @ uniform)
+    if speed != 0.0:
+        raise ScenarioError(f"current speed is {speed} m/s beside a current profile; give one of them")
+    velocity = np.repeat(current_velocity(current, strips.position[:, 2]), 2, axis=0)
+    return np.asarray(np.sum(strips.direction * velocity, axis=1))
+
+
 def mean_current_force(
     members: Members,
     *,
-    current_speed: float,
-    current_heading: float,
+    current_speed: float = 0.0,
+    current_heading: float = 0.0,
+    current: Current | None = None,
     water_density: float = SEA_WATER_DENSITY,
     strip_length: float = DEFAULT_STRIP_LENGTH,
 ) -> FloatArray:
     """Drag of the current on a platform at rest in calm water, eq. (2), shape (6,), N and N·m.
 
+    Parameters
+    ----------
+    members
+        The hull.
+    current_speed, current_heading
+        Of a uniform current, in m/s, and the direction toward which it flows, rad.
+    current
+        A profile that takes their place.
+    water_density, strip_length
+        In kg/m³ and m.
+
     Raises
     ------
     ScenarioError
-        If a parameter is out of range.
+        If a parameter is out of range, or both kinds of current are given.
     """
     strips = divide(members, strip_length, water_density)
-    return drag_force(strips, strips.direction @ _current_velocity(current_speed, current_heading))
+    return drag_force(strips, _current_on_strips(strips, current_speed, current_heading, current))
 
 
 @njit(cache=True)
-def _wave_forces(
-    amplitudes: ComplexArray,
-    x: float,
-    y: float,
-    velocity: FloatArray,
-    wavenumbers: FloatArray,
-    matrix: FloatArray,
-    strips: FloatArray,
-    response: FloatArray,
-) -> FloatArray:
-    """Eq. (1) and (2): elevation, first-order force (6) and drag force (6), shape (13,).
+def _linear_rows(amplitudes, x, y, wavenumbers, matrix, shifted, response):  # type: ignore[no-untyped-def]
+    """Eq. (1) into `response` (rows,).
 
     `wavenumbers` holds k cos beta and k sin beta as rows; `matrix` the real and the negative imaginary part of H as
-    columns of 2N rows; `strips` the projection (6), the current and the drag factor of each transverse axis;
-    `response` is room for the rows of eq. (1).
+    columns of 2N rows; `shifted` is room for the amplitudes at (x, y). N is filled up by zeros to a multiple of four.
     """
-    rows = matrix.shape[1]
-    response[:] = 0.0
     for n in range(len(amplitudes)):
         angle = wavenumbers[0, n] * x + wavenumbers[1, n] * y
         cosine, sine = math.cos(angle), math.sin(angle)
-        real = amplitudes[n].real * cosine + amplitudes[n].imag * sine
-        imaginary = amplitudes[n].imag * cosine - amplitudes[n].real * sine
-        for row in range(rows):
-            response[row] += matrix[2 * n, row] * real + matrix[2 * n + 1, row] * imaginary
-    result = np.zeros(13)
+        shifted[2 * n] = amplitudes[n].real * cosine + amplitudes[n].imag * sine
+        shifted[2 * n + 1] = amplitudes[n].imag * cosine - amplitudes[n].real * sine
+    response[:] = 0.0
+    for first in range(0, len(shifted), 8):
+        a, b, c, d, e, f, g, h = shifted[first : first + 8]
+        block = matrix[first : first + 8]
+        for row in range(len(response)):
+            # Four components in one pass, added one after the other, as a plain sum over n has it.
+            total = response[row] + (block[0, row] * a + block[1, row] * b)
+            total = total + (block[2, row] * c + block[3, row] * d)
+            total = total + (block[4, row] * e + block[5, row] * f)
+            response[row] = total + (block[6, row] * g + block[7, row] * h)
+
+
+@njit(cache=True)
+def _wave_forces(  # type: ignore[no-untyped-def]
+    amplitudes, x, y, velocity, wavenumbers, matrix, strips, weight, shifted, response, result
+):
+    """Eq. (1) to (3): elevation, first-order force (6), drag (6) and drift (6), into `result` (19,).
+
+    `strips` holds the projection (6), the current and the drag factor of each transverse axis; `weight` W of eq. (3)
+    and F_0 as its last row, shape (R + 1, 6) or none; the rows of z follow those of the strips; `shifted` and
+    `response` are room for amplitudes and rows.
+    """
+    _linear_rows(amplitudes, x, y, wavenumbers, matrix, shifted, response)
+    result[:] = 0.0
     for row in range(7):
         result[row] = response[row]
     for s in range(strips.shape[0] // 2):
@@ -129,7 +190,32 @@ def _wave_forces(
         force_2 = strips[second, 7] * speed * relative_2
         for dof in range(6):
             result[7 + dof] += strips[first, dof] * force_1 + strips[second, dof] * force_2
-    return result
+    offset, terms = 7 + strips.shape[0], weight.shape[0] - 1
+    if terms >= 0:
+        result[13:19] = weight[terms]
+    for r in range(terms):
+        in_phase, quadrature = response[offset + 2 * r], response[offset + 2 * r + 1]
+        square = in_phase * in_phase + quadrature * quadrature
+        for dof in range(6):
+            result[13 + dof] += weight[r, dof] * square
+
+
+def _quadratic_rows(drift: QuadraticFilters | None, count: int) -> tuple[ComplexArray, FloatArray]:
+    """Rows of z_r and of its quadrature in turn, shape (2R, N), and weights with F_0 last, shape (R + 1, 6) or none."""
+    if drift is None:
+        return np.zeros((0, count), dtype=np.complex128), np.zeros((0, 6))
+    transfer, weight, constant = (np.asarray(each) for each in (drift.transfer, drift.weight, drift.constant))
+    shapes = transfer.shape, weight.shape, constant.shape
+    if transfer.ndim != 2 or shapes != ((len(transfer), count), (6, len(transfer)), (6,)):
+        raise ScenarioError(
+            f"drift filters have a transfer, weight and constant of shapes {shapes}; the sea has {count} components, "
+            f"so they must be (R, {count}), (6, R) and (6,)"
+        )
+    if not all(np.all(np.isfinite(each)) for each in (transfer, weight, constant)):
+        raise ScenarioError("drift filters hold a value that is not finite; check the database they are made from")
+    rows = np.empty((2 * len(transfer), count), dtype=np.complex128)
+    rows[0::2], rows[1::2] = transfer, -1j * transfer
+    return rows, np.vstack([weight.T, constant])
 
 
 class WaveLoads:
@@ -146,17 +232,30 @@ class WaveLoads:
     strip_length
         Greatest length of a strip for drag, m.
     current_speed, current_heading
-        In m/s, and the direction toward which it flows, rad.
+        Of a uniform current, in m/s, and the direction toward which it flows, rad.
     displaced_position
         Take the waves at the platform's horizontal position rather than at the origin.
     excitation
         First-order force and moment about the reference point at the origin for each component of a sea, shape
         (6, N), N/m and N·m/m; the members' inertia force where it is not given.
+    current
+        A profile of the current that takes the place of the uniform one.
+    splash
+        Drag up to the instantaneous surface rather than to mean water level.
+    stretching
+        With `splash`: name in `tlpsim.loads.waves.stretching.STRETCHING`.
+    largest_elevation
+        With `splash`: the largest that counts, m, such as `tlpsim.loads.hydro.splash.largest_elevation` of the sea.
+    doppler
+        The waves ride on the current: their wavenumbers, and the frequency with which they act, are those in it.
+    drift
+        Quadratic filters of the drift force for the components of `sea`; with `doppler`, made for the sea that
+        `tlpsim.loads.waves.doppler.sea_in_current` gives.
 
     Raises
     ------
     ScenarioError
-        If a parameter is out of range, or a member reaches below the sea bed.
+        If a parameter is out of range, a member reaches below the sea bed, or the current stops a wave.
     """
 
     def __init__(
@@ -170,23 +269,51 @@ class WaveLoads:
         current_heading: float = 0.0,
         displaced_position: bool = True,
         excitation: Callable[[Sea], ComplexArray] | None = None,
+        current: Current | None = None,
+        splash: bool = False,
+        stretching: str = "wheeler",
+        largest_elevation: float = DEFAULT_LARGEST_ELEVATION,
+        doppler: bool = False,
+        drift: QuadraticFilters | None = None,
     ) -> None:
         self.sea = sea
         self.strips: Strips = divide(members, strip_length, water_density)
+        on_strips = _current_on_strips(self.strips, current_speed, current_heading, current)
+        profile = uniform_current(current_speed, current_heading) if current is None else current
+        waves: Sea = sea_in_current(sea, profile) if doppler else sea
         self.excitation_transfer: ComplexArray = (
-            inertia_transfer(members, sea, water_density) if excitation is None else excitation(sea)
+            inertia_transfer(members, waves, water_density) if excitation is None else excitation(waves)
         )
         # A factor on the position rather than a branch in the kernel.
         self._position_factor = 1.0 if displaced_position else 0.0
-        self._wavenumbers = np.vstack([sea.wavenumber * np.cos(sea.heading), sea.wavenumber * np.sin(sea.heading)])
-        water = strip_velocity_transfer(self.strips, sea)
-        rows = np.vstack([np.ones((1, len(sea.wavenumber))), self.excitation_transfer, water])
-        self._matrix = np.empty((2 * len(sea.wavenumber), len(rows)))
-        self._matrix[0::2] = rows.real.T
-        self._matrix[1::2] = -rows.imag.T
+        self._wavenumbers = np.vstack(
+            [waves.wavenumber * np.cos(waves.heading), waves.wavenumber * np.sin(waves.heading)]
+        )
+        quadratic, self._weight = _quadratic_rows(drift, len(waves.wavenumber))
+        first = [np.ones((1, len(waves.wavenumber))), self.excitation_transfer]
+        self._splash: SplashZone | None = None
+        if splash:
+            self._splash = splash_zone(
+                members,
+                waves,
+                stretching=stretching,
+                elevation=largest_elevation,
+                current=profile,
+                strip_length=strip_length,
+                water_density=water_density,
+                first_row=_FORCE_ROWS + len(quadratic),
+            )
+            self._strips = np.zeros((0, 8))
+            rows = np.vstack([*first, quadratic, self._splash.transfer])
+        else:
+            self._strips = np.column_stack([self.strips.projection, on_strips, self.strips.drag])
+            rows = np.vstack([*first, strip_velocity_transfer(self.strips, waves), quadratic])
+        # Zeros fill the last block of components.
+        self._matrix = np.zeros((2 * (-(-len(waves.wavenumber) // _BLOCK) * _BLOCK), len(rows)))
+        self._matrix[0 : 2 * rows.shape[1] : 2] = rows.real.T
+        self._matrix[1 : 2 * rows.shape[1] : 2] = -rows.imag.T
+        self._shifted = np.zeros(len(self._matrix))
         self._response = np.zeros(len(rows))
-        current = self.strips.direction @ _current_velocity(current_speed, current_heading)
-        self._strips = np.column_stack([self.strips.projection, current, self.strips.drag])
 
     def evaluate(self, time: float, position: FloatArray, velocity: FloatArray) -> WaveForces:
         """Forces at `time`.
@@ -198,7 +325,8 @@ class WaveLoads:
         position, velocity
             Surge, sway, heave, roll, pitch, yaw and their rates, shape (6,), contiguous, m, rad and per second.
         """
-        result = _wave_forces(
+        result = np.empty(_FORCE_ROWS + 12)
+        _wave_forces(
             self.sea.amplitudes(time),
             self._position_factor * position[0],
             self._position_factor * position[1],
@@ -206,6 +334,18 @@ class WaveLoads:
             self._wavenumbers,
             self._matrix,
             self._strips,
+            self._weight,
+            self._shifted,
             self._response,
+            result,
         )
-        return WaveForces(diffraction=result[1:_FORCE_ROWS], viscous=result[_FORCE_ROWS:], elevation=float(result[0]))
+        viscous = result[_FORCE_ROWS : _FORCE_ROWS + 6]
+        zone = self._splash
+        if zone is not None:
+            splash_drag(self._response, position, velocity, zone.rows, zone.table, zone.current, zone.rule, viscous)
+        return WaveForces(
+            diffraction=result[1:_FORCE_ROWS],
+            viscous=viscous,
+            elevation=float(result[0]),
+            drift=result[_FORCE_ROWS + 6 :],
+        )

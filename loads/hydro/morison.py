@@ -163,7 +163,14 @@ def _along_members(
     )
 
 
-def _strip_counts(members: Members, strip_length: float) -> NDArray[np.int64]:
+def strip_counts(members: Members, strip_length: float) -> NDArray[np.int64]:
+    """Number of strips of each member, none longer than `strip_length` (m), shape (n,).
+
+    Raises
+    ------
+    ScenarioError
+        If the strip length is not positive.
+    """
     require_positive("strip length", strip_length, "m")
     length = np.linalg.norm(members.end - members.start, axis=1)
     return np.ceil(length / strip_length - 1e-9).astype(np.int64)
@@ -178,7 +185,7 @@ def divide(members: Members, strip_length: float, water_density: float) -> Strip
         If the strip length or the density is not positive.
     """
     require_positive("water density", water_density, "kg/m³")
-    counts = _strip_counts(members, strip_length)
+    counts = strip_counts(members, strip_length)
     nodes: list[FloatArray] = [(np.arange(count) + 0.5) / count for count in counts]
     weights: list[FloatArray] = [np.full(count, 1.0 / count) for count in counts]
     return _along_members(members, nodes, weights, water_density)
@@ -190,7 +197,7 @@ def _quadrature(members: Members, water_density: float) -> Strips:
     points, shares = np.polynomial.legendre.leggauss(_STRIP_QUADRATURE_POINTS)
     nodes: list[FloatArray] = []
     weights: list[FloatArray] = []
-    for count in _strip_counts(members, DEFAULT_STRIP_LENGTH):
+    for count in strip_counts(members, DEFAULT_STRIP_LENGTH):
         nodes.append((np.arange(count)[:, None] + 0.5 * (points + 1.0)).ravel() / count)
         weights.append(np.tile(0.5 * shares, count) / count)
     return _along_members(members, nodes, weights, water_density)

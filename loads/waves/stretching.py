@@ -12,7 +12,6 @@ z - eta in deep water. A point above the surface is dry: there is no water, and 
 """
 
 import difflib
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,31 +31,47 @@ class Levels:
     wet: NDArray[np.bool_]
 
 
-def _none(height: FloatArray, elevation: FloatArray, depth: float) -> Levels:
-    return Levels(level=np.minimum(height, 0.0), excess=np.zeros_like(height), wet=height <= 0.0)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretching:
+    """A stretching as factors of the elevation and the height, 0 or 1.
+
+    Parameters
+    ----------
+    rises
+        1 where there is water up to the wave's surface, 0 where it ends at mean water level.
+    follows
+        1 where the profile moves with the surface, eq. (4).
+    tangent
+        1 where the tangent at z = 0 goes on above it, eq. (3).
+    """
+
+    rises: float = 1.0
+    follows: float = 0.0
+    tangent: float = 0.0
 
 
-def _vertical(height: FloatArray, elevation: FloatArray, depth: float) -> Levels:
-    return Levels(level=np.minimum(height, 0.0), excess=np.zeros_like(height), wet=height <= elevation)
-
-
-def _linear(height: FloatArray, elevation: FloatArray, depth: float) -> Levels:
-    return Levels(level=np.minimum(height, 0.0), excess=np.maximum(height, 0.0), wet=height <= elevation)
-
-
-def _wheeler(height: FloatArray, elevation: FloatArray, depth: float) -> Levels:
-    shifted = height - elevation
-    level = shifted if np.isinf(depth) else depth * shifted / (depth + elevation)
-    # A dry point is taken at the surface, and round-off at the bottom to the bottom.
-    return Levels(level=np.clip(level, -depth, 0.0), excess=np.zeros_like(height), wet=shifted <= 0.0)
-
-
-STRETCHING: dict[str, Callable[[FloatArray, FloatArray, float], Levels]] = {
-    "none": _none,
-    "vertical": _vertical,
-    "linear": _linear,
-    "wheeler": _wheeler,
+STRETCHING: dict[str, Stretching] = {
+    "none": Stretching(rises=0.0),
+    "vertical": Stretching(),
+    "linear": Stretching(tangent=1.0),
+    "wheeler": Stretching(follows=1.0),
 }
+
+
+def stretching_by_name(name: str) -> Stretching:
+    """Entry of `STRETCHING`.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none of that name.
+    """
+    if name not in STRETCHING:
+        nearest = difflib.get_close_matches(name.lower(), STRETCHING, n=1, cutoff=0.0)[0]
+        raise ScenarioError(
+            f"stretching {name!r} is not known; did you mean {nearest!r}? Known: {', '.join(STRETCHING)}"
+        )
+    return STRETCHING[name]
 
 
 def stretched(name: str, height: FloatArray, elevation: FloatArray, depth: float) -> Levels:
@@ -67,13 +82,17 @@ def stretched(name: str, height: FloatArray, elevation: FloatArray, depth: float
     ScenarioError
         If the stretching is not known, a point lies below the bottom, or a trough reaches it.
     """
-    if name not in STRETCHING:
-        nearest = difflib.get_close_matches(name.lower(), STRETCHING, n=1, cutoff=0.0)[0]
-        raise ScenarioError(
-            f"stretching {name!r} is not known; did you mean {nearest!r}? Known: {', '.join(STRETCHING)}"
-        )
+    rule = stretching_by_name(name)
     if np.any(height < -depth):
         raise ScenarioError(f"wave kinematics asked at z = {float(height.min())} m, below the sea bed at {-depth} m")
     if np.any(elevation <= -depth):
         raise ScenarioError(f"wave trough of {float(elevation.min())} m reaches the sea bed at {-depth} m")
-    return STRETCHING[name](height, elevation, depth)
+    moved = rule.follows * elevation
+    shifted = height - moved
+    level = shifted if np.isinf(depth) else depth * shifted / (depth + moved)
+    return Levels(
+        # A dry point is taken at the surface, and round-off at the bottom to the bottom.
+        level=np.clip(level, -depth, 0.0),
+        excess=rule.tangent * np.maximum(height, 0.0),
+        wet=height <= rule.rises * elevation,
+    )
