@@ -31,15 +31,21 @@ from tlpsim.fmus.component import (  # noqa: E402
     text_parameter,
 )
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
+from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.filters.arma import Orders  # noqa: E402
 from tlpsim.loads.filters.process import ProcessState  # noqa: E402
 from tlpsim.loads.hydro.diffraction import band_of_energy, excitation, require_coverage, require_site  # noqa: E402
+from tlpsim.loads.hydro.drift import drift_spectrum, newman_kernel  # noqa: E402
 from tlpsim.loads.hydro.excitation import WaveLoads, mean_current_force  # noqa: E402
 from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
 from tlpsim.loads.hydro.morison import Members  # noqa: E402
+from tlpsim.loads.hydro.quadratic_filters import newman_filters  # noqa: E402
+from tlpsim.loads.hydro.splash import largest_elevation  # noqa: E402
+from tlpsim.loads.waves.current import Current, uniform_current  # noqa: E402
+from tlpsim.loads.waves.doppler import delay_ratio, sea_in_current  # noqa: E402
 from tlpsim.loads.waves.elevation import (  # noqa: E402
     DEFAULT_ORDERS,
     DEFAULT_SAMPLING_STEP,
@@ -50,27 +56,59 @@ from tlpsim.loads.waves.field import calm_water, wave_components  # noqa: E402
 from tlpsim.loads.waves.sea import Sea, SeaState  # noqa: E402
 from tlpsim.loads.waves.spectra import SpectrumTable  # noqa: E402
 
-MORISON = "morison"
+MORISON, NONE = "morison", "none"
+DRIFTS = {"newman": "arithmetic", "newman_geometric": "geometric", NONE: "arithmetic"}
+"""Values of the parameter `drift`, and the mean that each takes."""
+DRIFT_REACH = 150.0
+"""m, least reach of the kernels: quadratic filters of drift swing faster over frequency than forces do."""
 _FORCE = ("N", "N.m")
 _MOTION = ("position.*", "velocity.*")
 
 
 def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
     """Wave loads from the FMU's parameters, of which `parameter` gives the value by name."""
-    members = _members(parameter)
+    members, database, current = _members(parameter), _database(parameter), _current(parameter)
+    sea = _sea(parameter, members)
+    splash = parameter("splash") and parameter("significant_height") > 0.0
+    doppler = parameter("doppler") and current is not None
+    drift = None
+    if database is not None and parameter("drift") != NONE:
+        drift = newman_filters(database, sea_in_current(sea, current) if doppler and current else sea, _mean(parameter))
     return WaveLoads(
-        sea=_sea(parameter, members),
+        sea=sea,
         members=members,
         water_density=parameter("water_density"),
-        current_speed=parameter("current_speed"),
-        current_heading=parameter("current_heading"),
+        current=current,
         displaced_position=parameter("displaced_position"),
-        excitation=_excitation(parameter),
+        excitation=None if database is None else excitation(database),
+        splash=splash,
+        stretching=parameter("stretching"),
+        largest_elevation=largest_elevation(_state(parameter)) if splash else 0.0,
+        doppler=doppler,
+        drift=drift,
     )
 
 
-def _excitation(parameter: Callable[[str], Any]) -> Callable[[Sea], NDArray[np.complex128]] | None:
-    """Transfer functions of a hydrodynamic database; None for Morison's inertia force."""
+def _mean(parameter: Callable[[str], Any]) -> str:
+    """Which of Newman's means the parameter `drift` names."""
+    name = parameter("drift")
+    if name not in DRIFTS:
+        raise ScenarioError(f"parameter drift is {name!r}; it must be one of {', '.join(DRIFTS)}")
+    return DRIFTS[name]
+
+
+def _current(parameter: Callable[[str], Any]) -> Current | None:
+    """The current; None where there is none."""
+    profile, speed = parameter("current_profile"), parameter("current_speed")
+    if profile and speed != 0.0:
+        raise ScenarioError(f"parameter current_speed is {speed} m/s beside a current_profile; give one of them")
+    if profile:
+        return record_from_json(Current, profile, "current_profile")
+    return uniform_current(speed, parameter("current_heading")) if speed != 0.0 else None
+
+
+def _database(parameter: Callable[[str], Any]) -> HydrodynamicDatabase | None:
+    """Hydrodynamic database for this sea; None for Morison's inertia force, and in calm water."""
     name = parameter("hydrodynamics")
     if name == MORISON or parameter("significant_height") == 0.0:
         return None
@@ -85,17 +123,16 @@ def _excitation(parameter: Callable[[str], Any]) -> Callable[[Sea], NDArray[np.c
     lowest = 2.0 * np.pi * band_of_energy(state)[0]
     require_site(database, depth=depth, density=density, gravity=gravity, frequency=lowest, name=label)
     require_coverage(database, state, label)
-    return excitation(database)
+    return database
 
 
-def current_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
-    """Drag of the current alone on a platform at rest, (6,) N, N·m, from the FMU's parameters."""
-    return mean_current_force(
-        _members(parameter),
-        current_speed=parameter("current_speed"),
-        current_heading=parameter("current_heading"),
-        water_density=parameter("water_density"),
-    )
+def mean_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
+    """Drag of the current in calm water and mean drift, (6,) N, N·m, from the FMU's parameters."""
+    current, database = _current(parameter), _database(parameter)
+    force = mean_current_force(_members(parameter), current=current, water_density=parameter("water_density"))
+    if database is not None and parameter("drift") != NONE:
+        force = force + drift_spectrum(newman_kernel(database, _mean(parameter)), _state(parameter)).mean
+    return force
 
 
 def _members(parameter: Callable[[str], Any]) -> Members:
@@ -132,6 +169,12 @@ def _state(parameter: Callable[[str], Any]) -> SeaState:
 
 def _arma(parameter: Callable[[str], Any], state: SeaState, members: Members) -> Sea:
     ends = np.vstack([members.start, members.end])
+    # With or without drift, so that one seed is one sea.
+    reach = max(float(np.hypot(ends[:, 0], ends[:, 1]).max()) + OFFSET_ALLOWANCE, DRIFT_REACH)
+    current = _current(parameter)
+    if parameter("doppler") and current is not None:
+        heading, depth, gravity = (parameter(key) for key in ("heading", "water_depth", "gravity"))
+        reach *= max(1.0, delay_ratio(current, parameter("frequency_max"), heading, depth, gravity))
     return ArmaSea(
         state,
         sampling_step=parameter("sampling_step"),
@@ -140,7 +183,7 @@ def _arma(parameter: Callable[[str], Any], state: SeaState, members: Members) ->
             autoregressive=parameter("orders.autoregressive"),
             moving_average=parameter("orders.moving_average"),
         ),
-        reach=float(np.hypot(ends[:, 0], ends[:, 1]).max()) + OFFSET_ALLOWANCE,
+        reach=reach,
         seed=parameter("seed"),
     )
 
@@ -162,7 +205,7 @@ class TlpsimWave(Component):
         *six("force", "output", "sum of diffraction, viscous and drift", _FORCE, depends_on=_MOTION),
         *six("diffraction", "output", "first-order wave force", _FORCE, depends_on=("position.*",)),
         *six("viscous", "output", "drag of waves and current", _FORCE, depends_on=_MOTION),
-        *six("drift", "output", "second-order potential drift; zero in this version", _FORCE),
+        *six("drift", "output", "slow drift of second order", _FORCE, depends_on=("position.*",)),
         Variable(
             name="elevation",
             causality="output",
@@ -187,7 +230,7 @@ class TlpsimWave(Component):
         real_parameter("water_depth", "m", 450.0, "depth of the water"),
         real_parameter("water_density", "kg/m3", SEA_WATER_DENSITY, "density of the water"),
         real_parameter("gravity", "m/s2", STANDARD_GRAVITY, "acceleration of gravity"),
-        real_parameter("current_speed", "m/s", 0.0, "speed of the current, uniform over the depth"),
+        real_parameter("current_speed", "m/s", 0.0, "speed of a current that is uniform over the depth"),
         real_parameter("current_heading", "rad", 0.0, "direction toward which the current flows"),
         integer_parameter("directions", 1, "number of long-crested seas that make up the sea; 1 is long-crested"),
         integer_parameter("components", 400, "number of components a direction, of the generator harmonic"),
@@ -214,6 +257,20 @@ class TlpsimWave(Component):
             "first-order force: path of a hydrodynamic database (.h5); morison: inertia of the members; empty: the "
             "database of the ISSC TLP for this water, computed on first use",
         ),
+        boolean_parameter("splash", True, "drag up to the surface of the waves, not to mean water level"),
+        text_parameter("stretching", "vertical", "of velocities to that surface: vertical, wheeler, linear or none"),
+        text_parameter(
+            "drift",
+            "newman",
+            "slow drift by Newman's approximation: newman (arithmetic), newman_geometric or none",
+        ),
+        text_parameter(
+            "current_profile",
+            "",
+            "JSON object of depth (m), speed (m/s), heading (rad) as lists, and exponent, water_depth (m), stretched, "
+            "instead of current_speed; empty: none",
+        ),
+        boolean_parameter("doppler", False, "the waves ride on the current"),
         text_parameter(
             "members",
             "",
@@ -230,6 +287,7 @@ class TlpsimWave(Component):
         self.force = self.view("force.")
         self.diffraction = self.view("diffraction.")
         self.viscous = self.view("viscous.")
+        self.drift = self.view("drift.")
         self.elevation = self.view("elevation")
 
     def start(self, time: float) -> None:
@@ -237,7 +295,8 @@ class TlpsimWave(Component):
         forces = self.model.evaluate(time, self.position, self.velocity)
         self.diffraction[:] = forces.diffraction
         self.viscous[:] = forces.viscous
-        self.force[:] = self.diffraction + self.viscous
+        self.drift[:] = forces.drift
+        self.force[:] = self.diffraction + self.viscous + self.drift
         self.elevation[0] = forces.elevation
 
     def advance(self, time: float, step: float) -> None:

@@ -151,6 +151,7 @@ def _columns(rows: Sequence[BaseModel] | None) -> str:
 
 def _wave(scenario: Scenario) -> Parameters:
     waves, site, current = scenario.waves, scenario.site, scenario.current
+    profile = _current_profile(scenario)
     return {
         "spectrum": waves.spectrum,
         "significant_height": waves.significant_height,
@@ -171,10 +172,30 @@ def _wave(scenario: Scenario) -> Parameters:
         "water_depth": site.water_depth,
         "water_density": site.water_density,
         "gravity": site.gravity,
-        "current_speed": current.speed,
+        "current_speed": 0.0 if profile else current.speed,
         "current_heading": math.radians(current.heading_deg),
+        "current_profile": profile,
+        "doppler": current.doppler,
+        "drift": waves.drift,
+        "splash": waves.splash,
+        "stretching": waves.stretching,
         "hydrodynamics": _hydrodynamics(scenario),
     }
+
+
+def _current_profile(scenario: Scenario) -> str:
+    """The parameter `current_profile`, "" for a uniform current."""
+    current, table = scenario.current, scenario.current.table
+    if table is None and current.exponent == 0.0:
+        return ""
+    shape: dict[str, Any] = {"stretched": current.stretched}
+    if table is None:
+        shape |= {"exponent": current.exponent, "water_depth": scenario.site.water_depth}
+        rows = {"depth": [0.0], "speed": [current.speed], "heading": [math.radians(current.heading_deg)]}
+    else:
+        headings = [math.radians(heading) for heading in table.heading_deg]
+        rows = {"depth": list(table.depth), "speed": list(table.speed), "heading": headings}
+    return json.dumps(rows | shape)
 
 
 def _hydrodynamics(scenario: Scenario) -> str:
@@ -289,7 +310,7 @@ def _warn_of_left_out(scenario: Scenario, name: str, instance: FmuInstance) -> N
 
 
 def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters], wind: WindLoads | None) -> None:
-    """Give the platform the position in which mean wind, current and tethers balance.
+    """Give the platform the position in which mean wind, current, drift and tethers balance.
 
     Only this project's own FMUs are looked into; where the platform is another one, it starts as it will.
     """
@@ -298,7 +319,7 @@ def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameter
     ):
         return
     from tlpsim.fmus.platform_fmu import TlpsimPlatform, platform_model
-    from tlpsim.fmus.wave_fmu import TlpsimWave, current_force
+    from tlpsim.fmus.wave_fmu import TlpsimWave, mean_force
     from tlpsim.loads.platform.equilibrium import static_equilibrium
 
     force: NDArray[np.float64] = np.zeros(6)
@@ -306,7 +327,7 @@ def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameter
         force += wind.mean_force()
     if _is_own(scenario, "wave"):
         with _blamed_on("wave"):
-            force += current_force(_values(TlpsimWave, parameters["wave"]))
+            force += mean_force(_values(TlpsimWave, parameters["wave"]))
     with _blamed_on("platform"):
         model = platform_model(_values(TlpsimPlatform, parameters["platform"]))
     try:

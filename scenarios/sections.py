@@ -238,6 +238,9 @@ class Waves(Section):
     frequency_max: PositiveFrequency = 0.35
     components: Annotated[StrictInt, Field(ge=1)] = 400
     displaced_position: StrictBool = True
+    drift: Literal["newman", "newman_geometric", "none"] = "newman"
+    splash: StrictBool = True
+    stretching: Literal["vertical", "wheeler", "linear", "none"] = "vertical"
 
     @model_validator(mode="after")
     def _band_holds_the_peak(self) -> Self:
@@ -259,11 +262,34 @@ class Waves(Section):
         return self
 
 
+class CurrentTable(Section):
+    """A current by depths below mean water level, linear in between and constant beyond."""
+
+    depth: tuple[Length, ...]
+    speed: tuple[Speed, ...]
+    heading_deg: tuple[Heading, ...]
+
+    @model_validator(mode="after")
+    def _is_a_profile(self) -> Self:
+        from tlpsim.loads.waves.current import Current as Profile
+
+        columns = (np.array(getattr(self, name)) for name in ("depth", "speed", "heading_deg"))
+        try:
+            Profile(**dict(zip(("depth", "speed", "heading"), columns, strict=True)))
+        except ScenarioError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+
 class Current(Section):
-    """Current, uniform with depth."""
+    """Current: uniform, by a power law, or by a table of depths."""
 
     speed: Annotated[Speed, Field(ge=0)] = 0.41
     heading_deg: Heading = 96.0
+    exponent: Annotated[Ratio, Field(ge=0)] = 0.0
+    table: CurrentTable | None = None
+    stretched: StrictBool = False
+    doppler: StrictBool = False
 
 
 class Coupling(Section):

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from tlpsim.fmus.tables import record_to_json
-from tlpsim.fmus.wave_fmu import TlpsimWave, wave_model
+from tlpsim.fmus.wave_fmu import TlpsimWave, mean_force, wave_model
 from tlpsim.loads.bem.database import write
 from tlpsim.loads.bem.issc import issc_database
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.diffraction import excitation_transfer
+from tlpsim.loads.hydro.excitation import WaveForces
 from tlpsim.loads.hydro.issc_members import issc_members
 from tlpsim.loads.hydro.morison import inertia_transfer
 from tlpsim.loads.waves.elevation import ArmaSea
@@ -124,3 +125,38 @@ def test_a_database_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     ):
         model(hydrodynamics=str(path), peak_period=2.5, frequency_max=0.8, sampling_step=0.25)
     assert model(significant_height=0.0, hydrodynamics="nowhere.h5").evaluate(0.0, np.zeros(6), np.zeros(6)) is not None
+
+
+def test_parts_can_be_switched_off_and_add_up() -> None:
+    """Drift and splash zone do nothing where they are switched off, and change neither the sea nor other parts."""
+    rest = np.zeros(6)
+
+    def forces(**changes: Any) -> WaveForces:
+        return model(**{"current_speed": 0.8, **changes}).evaluate(7.0, rest, rest)  # type: ignore[no-any-return]
+
+    everything = forces()
+    assert np.any(everything.drift != 0.0)
+    plain = forces(drift="none", splash=False)
+    np.testing.assert_array_equal(plain.drift, 0.0)
+    np.testing.assert_allclose(plain.diffraction, everything.diffraction, rtol=1e-9, atol=1e-3)
+    assert abs(plain.viscous[0] - everything.viscous[0]) > 1e-3 * abs(plain.viscous[0])
+    profile = '{"depth": [0, 100], "speed": [0.8, 0.8], "heading": [0.0, 0.0]}'
+    same = forces(current_speed=0.0, current_profile=profile)
+    np.testing.assert_allclose(same.viscous, everything.viscous, rtol=1e-9, atol=1e-6 * np.abs(same.viscous).max())
+    with pytest.raises(ScenarioError, match="beside a current_profile"):
+        forces(current_profile=profile)
+    with pytest.raises(ScenarioError, match="newman_geometric"):
+        forces(drift="full")
+
+
+def test_mean_force_is_the_mean_of_drift_and_current() -> None:
+    """Mean of Newman's filters over a long record, without the current's drag at rest."""
+    storm = DEFAULTS | {"heading": 0.4, "generator": "harmonic"}
+    expected = mean_force(storm.__getitem__)
+    loads, rest = wave_model(storm.__getitem__), np.zeros(6)
+    sampled = np.mean([loads.evaluate(10.0 * k, rest, rest).drift for k in range(4000)], axis=0)
+    # 40 000 s hold some 800 groups of waves: 4 % of the mean is one standard error.
+    np.testing.assert_allclose(sampled[:2], expected[:2], rtol=0.12)
+    current = mean_force((DEFAULTS | {"significant_height": 0.0, "current_speed": 0.5}).__getitem__)
+    both = mean_force((storm | {"current_speed": 0.5}).__getitem__)
+    np.testing.assert_allclose(both, expected + current, rtol=1e-12, atol=1e-3)

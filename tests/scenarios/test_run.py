@@ -59,10 +59,12 @@ def test_only_chosen_signals_are_recorded(scenario_file: Path, tmp_path: Path) -
 
 
 def test_steady_loads_leave_the_platform_where_it_starts(scenario_file: Path, tmp_path: Path) -> None:
-    """With tiny waves and no wind the platform starts in the equilibrium of the current's drag, and stays."""
-    scenario = Scenario.load(
-        scenario_file, ['components.wind.fmu=""', "waves.significant_height=1e-9", "current.speed=1.5"]
-    )
+    """With tiny waves and no wind the platform starts in the equilibrium of the current's drag, and stays.
+
+    Drag ends at mean water level here: the start does not know how much deeper setdown takes the columns.
+    """
+    settings = ['components.wind.fmu=""', "waves.significant_height=1e-9", "waves.splash=false", "current.speed=1.5"]
+    scenario = Scenario.load(scenario_file, settings)
     moved = positions(run_scenario(scenario, tmp_path / "r.h5"))
     assert np.hypot(*moved[:2, 0]) > 1.0
     # Rest within the tolerance of the equilibrium; a start at the origin would move by centimetres in 20 s.
