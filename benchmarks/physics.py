@@ -76,6 +76,8 @@ def regular_wave(folder: Path, period: float, heading: float, kind: str) -> tupl
                 "heading_deg": heading,
                 "frequency_min": frequency - half,
                 "frequency_max": frequency + half,
+                "drift": "none",
+                "splash": False,
                 "table": {
                     "frequency": [frequency - 3.0 * half, frequency, frequency + 3.0 * half],
                     "density": [density, 1.0001 * density, density],

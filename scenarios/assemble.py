@@ -64,6 +64,7 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
     """
     instances: dict[str, FmuInstance] = {}
     try:
+        _prepare_database(scenario)
         for name, entry in scenario.components.items():
             instances[name] = FmuInstance(name, _path(entry))
         parameters = {name: _parameters(scenario, name, instances[name]) for name in instances}
@@ -94,6 +95,25 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
         for instance in instances.values():
             with suppress(Exception):
                 instance.free()
+
+
+def _prepare_database(scenario: Scenario) -> None:
+    """Compute the default platform's hydrodynamics if that was not done before, and say so: it takes a while."""
+    if scenario.platform.hydrodynamics != scenario.platform.model:
+        return
+    if not (_is_own(scenario, "wave") or _is_own(scenario, "platform")):
+        return
+    from tlpsim.loads.bem.database import cache_path, cached
+    from tlpsim.loads.bem.issc import issc_problem
+    from tlpsim.scenarios.console import messages
+    from tlpsim.scenarios.hydro import frequency_bar
+
+    site = scenario.site
+    problem = issc_problem(site.water_depth, site.water_density, site.gravity)
+    if not cache_path(problem).exists():
+        messages.print("hydrodynamics of the ISSC TLP: computed once for this water, then kept in the cache")
+        with frequency_bar() as tell:
+            cached(problem, progress=tell)
 
 
 def _path(entry: Entry) -> Path:
