@@ -1,6 +1,8 @@
 """The platform FMU: six degrees of freedom on tethers, driven by wind, wave and external forces.
 
-Added mass and the memory of radiated waves come from a hydrodynamic database, or added mass is constant.
+Added mass and the memory of radiated waves come from a hydrodynamic database, or added mass is constant. A tether is
+lost, or taken back, at the end of the communication step whose input says so: the outputs of that time are those
+without it.
 """
 
 import ctypes
@@ -41,14 +43,19 @@ from tlpsim.loads.hydro.diffraction import require_site  # noqa: E402
 from tlpsim.loads.hydro.radiation import ConvolutionMemory, Radiation, convolution_memory, radiation  # noqa: E402
 from tlpsim.loads.hydro.state_space import StateSpaceMemory, state_space_memory  # noqa: E402
 from tlpsim.loads.platform.body import Body  # noqa: E402
-from tlpsim.loads.platform.equilibrium import damping_from_ratios  # noqa: E402
+from tlpsim.loads.platform.equilibrium import damping_from_ratios, require_upright  # noqa: E402
 from tlpsim.loads.platform.memory import Memory, NoMemory  # noqa: E402
-from tlpsim.loads.platform.motion import PlatformModel, PlatformState, advance, initial_state  # noqa: E402
+from tlpsim.loads.platform.motion import PlatformModel, advance, initial_state, set_intact  # noqa: E402
+from tlpsim.loads.platform.points import move_points  # noqa: E402
+from tlpsim.loads.platform.state import PlatformState  # noqa: E402
 from tlpsim.loads.platform.tendons import Tendons  # noqa: E402
 
 TENSIONS = 12
+POINTS = 2
+_POINTS = ((0.0, 0.0, issc_tlp.DECK_HEIGHT), tuple(issc_tlp.tendons().fairleads[0]))
+_PRESENT = 0.5  # a tether is lost below this, halfway between the two values of its input
 _BODY = issc_tlp.body()
-_LOADS = ("wind_force.*", "wave_force.*", "external_force.*")
+_LOADS = ("wind_force.*", "wave_force.*", "external_force.*", "tendon_intact[[]*")
 _FORCE, _MOTION = ("N", "N.m"), ("m", "rad")
 _STATE = tuple(each.name for each in dataclasses.fields(PlatformState))
 MORISON, NO_RADIATION = "morison", "none"
@@ -57,19 +64,30 @@ MEMORY: Mapping[str, Callable[[Radiation], ConvolutionMemory | StateSpaceMemory]
     "state_space": state_space_memory,
     NO_RADIATION: None,
 }
+_SEA_BED = 1.0 + 1e-6  # an anchor may lie below it by the rounding of decimal numbers
 _LONG_WAVE = 0.3  # rad/s, below which nothing of note is radiated
 
 
-def _vector(name: str, unit: str, values: Any, description: str) -> tuple[Variable, ...]:
+def _vector(
+    name: str, unit: str, values: Any, description: str, causality: str = "parameter", depends_on: tuple[str, ...] = ()
+) -> tuple[Variable, ...]:
     return tuple(
         Variable(
             name=f"{name}.{axis}",
-            causality="parameter",
+            causality=causality,
             unit=unit,
+            depends_on=depends_on,
             start=float(value),
             description=description,
         )
         for axis, value in zip("xyz", values, strict=False)
+    )
+
+
+def _tendon_variables(name: str, causality: str, description: str, **others: Any) -> tuple[Variable, ...]:
+    return tuple(
+        Variable(name=f"{name}[{i + 1}]", causality=causality, description=description, **others)
+        for i in range(TENSIONS)
     )
 
 
@@ -79,7 +97,6 @@ def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
     def vector(name: str, parts: Iterable[str]) -> NDArray[Any]:
         return np.array([parameter(f"{name}.{part}") for part in parts])
 
-    tendons = parameter("tendons")
     added_mass, memory = _fluid(parameter)
     body = Body(
         mass=parameter("mass"),
@@ -95,13 +112,30 @@ def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
     )
     undamped = PlatformModel(
         body=body,
-        tendons=record_from_json(Tendons, tendons, "tendons") if tendons else issc_tlp.tendons(),
+        tendons=_tendons(parameter),
         free=vector("free", DEGREES_OF_FREEDOM),
         method=parameter("integrator"),
         memory=memory,
     )
+    require_upright(undamped)
     damping = damping_from_ratios(undamped, vector("damping_ratio", DEGREES_OF_FREEDOM))
     return dataclasses.replace(undamped, linear_damping=damping)
+
+
+def _tendons(parameter: Callable[[str], Any]) -> Tendons:
+    """Tethers from the table, none of them longer than the water is deep; without one those of the ISSC TLP."""
+    table, depth = parameter("tendons"), parameter("water_depth")
+    if not table:
+        return issc_tlp.tendons(depth)
+    tendons = record_from_json(Tendons, table, "tendons")
+    heights = tendons.anchors[:, 2]
+    if np.any(heights < -depth * _SEA_BED):
+        index = int(np.argmin(heights))
+        raise ScenarioError(
+            f"parameter tendons: tendon {index + 1} has its anchor at z = {heights[index]:g} m, below the sea bed at "
+            f"{-depth:g} m: check anchors and the parameter water_depth"
+        )
+    return tendons
 
 
 def _fluid(parameter: Callable[[str], Any]) -> tuple[NDArray[np.float64], Memory]:
@@ -143,6 +177,15 @@ class TlpsimPlatform(Component):
         *six("wind_force", "input", "wind force", _FORCE),
         *six("wave_force", "input", "wave force", _FORCE),
         *six("external_force", "input", "any other force", _FORCE),
+        *_tendon_variables(
+            "tendon_intact", "input", "0 loses the tether, 1 (the start value) keeps it", unit="1", start=1.0
+        ),
+        Variable(
+            name="elevation",
+            causality="input",
+            unit="m",
+            description="elevation of the undisturbed sea, for the air gap",
+        ),
         *six("position", "output", "displacement of the reference point and rotation", _MOTION),
         *six("velocity", "output", "velocity", ("m/s", "rad/s"), derivative_of="position"),
         *six(
@@ -153,14 +196,45 @@ class TlpsimPlatform(Component):
             derivative_of="velocity",
             depends_on=_LOADS,
         ),
+        *_tendon_variables(
+            "tendon_tension",
+            "output",
+            "tension at the top of a tether; zero where it is lost or there is none",
+            unit="N",
+            depends_on=("tendon_intact[[]*",),
+        ),
+        *_tendon_variables(
+            "tendon_bottom_tension",
+            "output",
+            "tension at the anchor; less than at the top by the submerged weight",
+            unit="N",
+            depends_on=("tendon_intact[[]*",),
+        ),
         *(
-            Variable(
-                name=f"tendon_tension[{i + 1}]",
-                causality="output",
-                unit="N",
-                description="tension at the top of a tether; zero where there is none",
+            variable
+            for k in range(POINTS)
+            for variable in _vector(
+                f"point_position[{k + 1}]", "m", (0.0,) * 3, "position of a point of the platform", "output"
             )
-            for i in range(TENSIONS)
+        ),
+        *(
+            variable
+            for k in range(POINTS)
+            for variable in _vector(
+                f"point_acceleration[{k + 1}]",
+                "m/s2",
+                (0.0,) * 3,
+                "acceleration of that point in earth axes, without gravity",
+                "output",
+                _LOADS,
+            )
+        ),
+        Variable(
+            name="airgap",
+            causality="output",
+            unit="m",
+            description="height of point 1 above the input elevation",
+            depends_on=("elevation",),
         ),
         real_parameter("mass", "kg", _BODY.mass, "mass of the platform without added mass"),
         *_vector("centre_of_gravity", "m", _BODY.centre_of_gravity, "from the reference point"),
@@ -175,13 +249,21 @@ class TlpsimPlatform(Component):
             "second moment of the waterplane about the axis",
         ),
         real_parameter(
-            "water_depth", "m", issc_tlp.WATER_DEPTH, "depth of the water, for the database of the ISSC TLP"
+            "water_depth",
+            "m",
+            issc_tlp.WATER_DEPTH,
+            "depth of the water, also for the tethers and the database of the ISSC TLP",
         ),
         real_parameter("water_density", "kg/m3", _BODY.water_density, "density of the water"),
         real_parameter("gravity", "m/s2", _BODY.gravity, "acceleration of gravity"),
         *(
             real_parameter(f"damping_ratio.{degree}", "1", ratio, "linear damping, fraction of critical")
             for degree, ratio in zip(DEGREES_OF_FREEDOM, issc_tlp.DAMPING_RATIOS, strict=True)
+        ),
+        *(
+            variable
+            for k, what in enumerate(("such as the underside of the deck", "such as a fairlead"))
+            for variable in _vector(f"point[{k + 1}]", "m", _POINTS[k], f"from the reference point, {what}")
         ),
         *six("initial_position", "parameter", "position at the start", _MOTION),
         *six("initial_velocity", "parameter", "velocity at the start", ("m/s", "rad/s")),
@@ -210,7 +292,9 @@ class TlpsimPlatform(Component):
         text_parameter(
             "tendons",
             "",
-            "JSON object of columns fairleads, anchors (m), axial_stiffness, pretension (N); empty: ISSC TLP",
+            "JSON object of columns fairleads, anchors (m), axial_stiffness, pretension at the top (N) and, where "
+            "wanted, mass_per_length (kg/m), submerged_weight (N/m), diameter (m), drag_coefficient, "
+            "added_mass_coefficient; empty: ISSC TLP",
         ),
     )
 
@@ -222,7 +306,12 @@ class TlpsimPlatform(Component):
         count = len(self.model.tendons.pretension)
         if count > TENSIONS:
             raise ScenarioError(f"parameter tendons has {count} rows; this FMU has outputs for {TENSIONS}")
+        self.intact = self.view("tendon_intact[")[:count]
         self.outputs["tensions"] = self.view("tendon_tension[")[:count]
+        self.outputs["bottom_tensions"] = self.view("tendon_bottom_tension[")[:count]
+        self.points = self.view("point[").reshape(POINTS, 3).copy()
+        self.point_outputs = [self.view(f"point_{name}[").reshape(POINTS, 3) for name in ("position", "acceleration")]
+        self.elevation, self.airgap = self.view("elevation"), self.view("airgap")
 
     def _parameters(self, prefix: str) -> NDArray[np.float64]:
         return self.view(f"{prefix}.").copy()
@@ -234,17 +323,24 @@ class TlpsimPlatform(Component):
             self._parameters("initial_position"),
             self._parameters("initial_velocity"),
             self.loads.sum(axis=0),
+            self.intact > _PRESENT,
         )
         self._publish()
 
     def advance(self, time: float, step: float) -> None:
         """Integrate over one communication step."""
         advance(self.model, self.state, self.loads.sum(axis=0), step)
+        intact = self.intact > _PRESENT
+        if (intact != self.state.intact).any():
+            set_intact(self.model, self.state, intact)
         self._publish()
 
     def _publish(self) -> None:
         for name, output in self.outputs.items():
             output[:] = getattr(self.state, name)
+        state = self.state
+        move_points(self.points, state.position, state.velocity, state.acceleration, *self.point_outputs)
+        self.airgap[0] = self.point_outputs[0][0, 2] - self.elevation[0]
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
         """Arrays of the motion."""

@@ -11,13 +11,18 @@ Sources of the figures:
 
 Number of tethers in a column's group: not found in print; three is usual. The added mass is that of
 0.1 rad/s, which stands for zero frequency; the memory of radiation is not in it.
+
+The published natural periods are those of tethers without mass, which are the default. `steel_tubes` has the mass that
+goes with the tethers' stiffness; with it surge takes 1.9 % longer, yaw 3.0 %, heave 1.2 % and pitch 2.0 % [D].
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
@@ -51,6 +56,12 @@ TOTAL_PRETENSION = 14.0e6 * STANDARD_GRAVITY
 TOTAL_AXIAL_STIFFNESS = 3.37e11
 """N, sum of EA, 0.813e9 N/m over 415 m [Q]"""
 TENDONS_PER_COLUMN = 3
+STEEL_MODULUS, STEEL_DENSITY = 2.1e11, 7850.0
+"""N/m², kg/m³, of structural steel"""
+TENDON_DRAG_COEFFICIENT, TENDON_ADDED_MASS_COEFFICIENT = 1.0, 1.0
+"""Round tubes, rough in drag; assumed"""
+DECK_HEIGHT = 22.5
+"""m, underside of the deck above the still water level; assumed, as the comparison of codes has no deck"""
 DISPLACED_VOLUME = (MASS * STANDARD_GRAVITY + TOTAL_PRETENSION) / (SEA_WATER_DENSITY * STANDARD_GRAVITY)
 """m³, weight and pretension equal buoyancy [D]"""
 WATERPLANE_AREA = 4.0 * math.pi * COLUMN_RADIUS**2
@@ -123,7 +134,35 @@ def body(water_density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRA
     )
 
 
-def tendons(water_depth: float = WATER_DEPTH, pretension: float = TOTAL_PRETENSION) -> Tendons:
+def steel_tubes(water_density: float = SEA_WATER_DENSITY) -> dict[str, NDArray[np.float64]]:
+    """Mass, diameter and coefficients of a tether: a closed tube of the steel that its EA asks for, as heavy as water.
+
+    The steel is EA/E = 0.134 m² [D], 1050 kg/m. The diameter is that at which the tube neither sinks nor floats, as
+    tethers are made: 1.14 m.
+
+    Parameters
+    ----------
+    water_density : kg/m³.
+
+    Returns
+    -------
+    Columns of `Tendons`, each (1,): mass_per_length, diameter, drag_coefficient, added_mass_coefficient.
+    """
+    section = TOTAL_AXIAL_STIFFNESS / (len(COLUMN_CENTRES) * TENDONS_PER_COLUMN) / STEEL_MODULUS
+    mass = section * STEEL_DENSITY
+    return {
+        "mass_per_length": np.array([mass]),
+        "diameter": np.array([math.sqrt(4.0 * mass / (math.pi * water_density))]),
+        "drag_coefficient": np.array([TENDON_DRAG_COEFFICIENT]),
+        "added_mass_coefficient": np.array([TENDON_ADDED_MASS_COEFFICIENT]),
+    }
+
+
+def tendons(
+    water_depth: float = WATER_DEPTH,
+    pretension: float = TOTAL_PRETENSION,
+    tubes: Mapping[str, NDArray[np.float64]] = MappingProxyType({}),
+) -> Tendons:
     """Twelve tethers, three at each column's centre, from the keel straight down to the sea bed.
 
     Tethers 1 to 3 stand at the column in the first quadrant, the others follow counter-clockwise.
@@ -132,6 +171,7 @@ def tendons(water_depth: float = WATER_DEPTH, pretension: float = TOTAL_PRETENSI
     ----------
     water_depth : m; the tethers' EA stays what it is.
     pretension : N, of all tethers together.
+    tubes : further columns of `Tendons`, such as those of `steel_tubes`; by default neither mass nor drag.
 
     Raises
     ------
@@ -147,6 +187,7 @@ def tendons(water_depth: float = WATER_DEPTH, pretension: float = TOTAL_PRETENSI
         anchors=np.column_stack((plan, np.full(count, -water_depth))),
         axial_stiffness=np.full(count, TOTAL_AXIAL_STIFFNESS / count),
         pretension=np.full(count, pretension / count),
+        **tubes,
     )
 
 

@@ -5,12 +5,15 @@ roll, pitch, yaw) with R = Rz(yaw) Ry(pitch) Rx(roll). Loads are earth-fixed for
 moving reference point. The equations:
 
     mass matrix     M = [[m 1, -m S(c)], [m S(c), I_G + m (c.c 1 - c c^T)]] + A,    c = centre of gravity
-    hydrostatics    weight -m g at R c, buoyancy rho g V at R b, and the wall-sided change of buoyancy
-                    -rho g zeta dA with zeta = z + (R s)_z at the points s of the waterplane
+    hydrostatics    weight -m g at R c, buoyancy rho g V at R b, and the change of buoyancy of a hull with walls along
+                    the body's z axis, of energy 1/2 rho g int zeta² dA / R_zz with zeta = z + (R s)_z at the points s
+                    of the waterplane at zero pose
     angle rates     omega = E (roll', pitch', yaw'), so that a moment m does the work (E^T m) . angles'
 
-The hydrostatic load is the gradient of `hydrostatic_energy`, exactly and at any pose. Functions of a pose
-also take complex poses, so that their derivatives follow to machine precision from a complex step.
+The energy is that of the displaced water, int rho g (-z) dV, in closed form: a filament dA of the hull is wet up to
+-zeta/R_zz on the body's z axis. It is exact at any setdown, yaw and tilt as long as the water's surface cuts the walls
+only. The hydrostatic load is its gradient, exactly and at any pose. Functions of a pose also take complex poses, so
+that their derivatives follow to machine precision from a complex step.
 """
 
 from dataclasses import dataclass
@@ -37,6 +40,8 @@ def fixed_array(values: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray
         When the shape differs or a value is not finite.
     """
     array = np.array(values, dtype=np.float64, order="C")
+    if array.size == 0 and shape[0] in (-1, 0):
+        array = array.reshape(0, *shape[1:])  # a list without entries does not say of which shape they would be
     fits = array.ndim == len(shape) and all(want in (-1, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
         expected = str(shape).replace("-1", "n")
@@ -114,14 +119,15 @@ class Body:
                 )
 
 
-def _cross_matrix(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+def cross_matrix(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrix S of the cross product, S(a) b = a × b, (3, 3)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def mass_matrix(body: Body) -> NDArray[np.float64]:
     """Mass and added mass about the reference point at zero pose, (6, 6) kg, kg·m, kg·m²."""
-    lever = _cross_matrix(body.centre_of_gravity)
+    lever = cross_matrix(body.centre_of_gravity)
     matrix = np.array(body.added_mass)
     matrix[:3, :3] += body.mass * np.eye(3)
     matrix[:3, 3:] -= body.mass * lever
@@ -142,6 +148,34 @@ def rotation_matrix(angles: NDArray[Any]) -> NDArray[Any]:
     )
 
 
+def angular_velocity(pose: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+    """E (roll', pitch', yaw'), (3,) rad/s, earth-fixed, from pose and velocity (6,)."""
+    (_, sp, sy), (_, cp, cy) = np.sin(pose[3:]), np.cos(pose[3:])
+    roll, pitch, yaw = velocity[3:]
+    return np.array([cy * cp * roll - sy * pitch, sy * cp * roll + cy * pitch, yaw - sp * roll])
+
+
+def yaw_turn(yaw: float) -> NDArray[np.float64]:
+    """P = diag(Rz(yaw), 1), (6, 6), from rates in axes that turn with yaw to those of the pose; yaw in rad."""
+    turn = np.eye(6)
+    turn[:3, :3] = rotation_matrix(np.array([0.0, 0.0, yaw]))
+    return turn
+
+
+def turned_matrix(matrix: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
+    """Matrix of rates in axes that turn with yaw to that of the rates of the pose, P M P^T, P = diag(Rz(yaw), 1).
+
+    The rates of roll and pitch refer to turned axes as they are.
+
+    Parameters
+    ----------
+    matrix : (6, 6).
+    yaw : rad.
+    """
+    turn = yaw_turn(yaw)
+    return turn @ matrix @ turn.T
+
+
 def generalized_force(load: NDArray[Any], pose: NDArray[Any]) -> NDArray[Any]:
     """Load that does work on the rates of the pose, (6,): forces as they are, moments E^T m.
 
@@ -158,6 +192,12 @@ def generalized_force(load: NDArray[Any], pose: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate((load[:3], about_axes))
 
 
+def _surface_squares(body: Body, pose: NDArray[Any], turn: NDArray[Any]) -> Any:
+    """int zeta² dA over the waterplane, m⁴."""
+    about_x, about_y = body.waterplane_moments
+    return body.waterplane_area * pose[2] ** 2 + about_y * turn[2, 0] ** 2 + about_x * turn[2, 1] ** 2
+
+
 def hydrostatic_load(body: Body, pose: NDArray[Any]) -> NDArray[Any]:
     """Weight and buoyancy, (6,) N, N·m, earth-fixed, about the reference point, at `pose` (6,) m, rad."""
     turn = rotation_matrix(pose[3:])
@@ -165,9 +205,10 @@ def hydrostatic_load(body: Body, pose: NDArray[Any]) -> NDArray[Any]:
     weight, buoyancy = body.mass * body.gravity, specific_weight * body.displaced_volume
     arm = buoyancy * (turn @ body.centre_of_buoyancy) - weight * (turn @ body.centre_of_gravity)
     about_x, about_y = body.waterplane_moments
-    # The waterplane is a bed of vertical springs: -rho g ∫ R s × e_z (z + (R s)_z) dA.
-    tilt = specific_weight * (about_y * turn[2, 0] * turn[:, 0] + about_x * turn[2, 1] * turn[:, 1])
-    vertical = buoyancy - weight - specific_weight * body.waterplane_area * pose[2]
+    upright, heave_stiffness = turn[2, 2], specific_weight * body.waterplane_area
+    tilt = specific_weight * (about_y * turn[2, 0] * turn[:, 0] + about_x * turn[2, 1] * turn[:, 1]) / upright
+    tilt = tilt - specific_weight * _surface_squares(body, pose, turn) / (2.0 * upright**2) * turn[:, 2]
+    vertical = buoyancy - weight - heave_stiffness * pose[2] / upright
     return np.array([0.0, 0.0, vertical, arm[1] - tilt[1], tilt[0] - arm[0], 0.0])
 
 
@@ -177,10 +218,8 @@ def hydrostatic_energy(body: Body, pose: NDArray[Any]) -> Any:
     specific_weight = body.water_density * body.gravity
     rise_of_gravity = pose[2] + turn[2] @ body.centre_of_gravity
     rise_of_buoyancy = pose[2] + turn[2] @ body.centre_of_buoyancy
-    about_x, about_y = body.waterplane_moments
-    squares = body.waterplane_area * pose[2] ** 2 + about_y * turn[2, 0] ** 2 + about_x * turn[2, 1] ** 2
     return (
         body.mass * body.gravity * rise_of_gravity
         - specific_weight * body.displaced_volume * rise_of_buoyancy
-        + 0.5 * specific_weight * squares
+        + 0.5 * specific_weight * _surface_squares(body, pose, turn) / turn[2, 2]
     )

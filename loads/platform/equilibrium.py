@@ -21,11 +21,14 @@ from scipy.optimize import linear_sum_assignment
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError, SolverError
-from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy
-from tlpsim.loads.platform.motion import PlatformModel, PlatformState, restoring_force, tangent_stiffness
+from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy, turned_matrix
+from tlpsim.loads.platform.motion import PlatformModel, remaining, restoring_force, tangent_stiffness
+from tlpsim.loads.platform.state import PlatformState
 from tlpsim.loads.platform.tendons import tendon_energy
 
 LARGEST_INCREMENTS = 64
+ROUND_OFF = 1e-9
+"""of the highest squared frequency, 1/s²"""
 LARGEST_ITERATION = 30
 
 
@@ -36,7 +39,10 @@ def potential_energy(model: PlatformModel, pose: NDArray[Any]) -> Any:
 
 def mechanical_energy(model: PlatformModel, state: PlatformState) -> float:
     """Kinetic energy with added mass plus potential energy above that of zero pose, J."""
-    kinetic = 0.5 * float(state.velocity @ model.mass @ state.velocity)
+    if not state.intact.all():
+        model = remaining(model, state.intact)
+    mass = turned_matrix(model.mass, float(state.position[5]))
+    kinetic = 0.5 * float(state.velocity @ mass @ state.velocity)
     return kinetic + float(potential_energy(model, state.position) - potential_energy(model, np.zeros(6)))
 
 
@@ -56,7 +62,8 @@ def natural_periods(model: PlatformModel, pose: ArrayLike = (0.0,) * 6) -> NDArr
     periods = np.full(6, np.nan)
     if free.size:
         chosen = np.ix_(free, free)
-        mass, stiffness = model.mass[chosen], tangent_stiffness(model, _pose(pose))[chosen]
+        at = _pose(pose)
+        mass, stiffness = turned_matrix(model.mass, at[5])[chosen], tangent_stiffness(model, at)[chosen]
         squared, modes = eigh(stiffness, mass)
         share = np.abs(modes * (mass @ modes))
         rows, columns = linear_sum_assignment(-share)
@@ -69,8 +76,9 @@ def single_periods(model: PlatformModel, pose: ArrayLike = (0.0,) * 6) -> NDArra
 
     `pose` is (6,) m, rad, where the tangent stiffness is taken.
     """
-    stiffness = tangent_stiffness(model, _pose(pose))
-    return _period(np.diag(stiffness) / np.diag(model.mass), stiffness, model.mass)
+    at = _pose(pose)
+    mass, stiffness = turned_matrix(model.mass, at[5]), tangent_stiffness(model, at)
+    return _period(np.diag(stiffness) / np.diag(mass), stiffness, mass)
 
 
 def _pose(pose: ArrayLike) -> NDArray[np.float64]:
@@ -109,6 +117,28 @@ def damping_from_ratios(model: PlatformModel, ratios: ArrayLike) -> NDArray[np.f
                 "give a linear damping coefficient instead"
             )
     return np.diag(2.0 * values * np.sqrt(mass * np.maximum(stiffness, 0.0)))
+
+
+def require_upright(model: PlatformModel) -> None:
+    """Refuse a platform that capsizes or sinks away by itself.
+
+    Raises
+    ------
+    ScenarioError
+        When a combination of the free degrees of freedom has negative stiffness at zero pose.
+    """
+    free = np.flatnonzero(model.free)
+    if not free.size:
+        return
+    chosen = np.ix_(free, free)
+    squared, modes = eigh(model.stiffness[chosen], model.mass[chosen])
+    if squared[0] < -ROUND_OFF * max(abs(squared[-1]), model.body.gravity):
+        mode = np.abs(modes[:, 0]) * np.sqrt(np.diag(model.mass)[free])
+        name = DEGREES_OF_FREEDOM[free[int(np.argmax(mode))]]
+        raise ScenarioError(
+            f"the platform is unstable in {name} at zero position, stiffness over mass {squared[0]:.4g} 1/s², expected "
+            ">= 0: it capsizes; lower the centre_of_gravity, or give it more waterplane_moment, tendons or pretension"
+        )
 
 
 def static_equilibrium(model: PlatformModel, force: ArrayLike, start: ArrayLike = (0.0,) * 6) -> NDArray[np.float64]:

@@ -1,9 +1,12 @@
 """The motion of the platform in time: one-step Newmark filter with exact nonlinear restoring.
 
-    M x'' + B x' + F_m + r(x) = Q(t, x),  r = gradient of the potential energy of weight, buoyancy and tendons,
-                                          Q = (force, E^T moment) of the external load (see body.py),
-                                          F_m = force of the fluid's memory of x' (see memory.py)
-    x_{n+1} = x_n + h v_n + h² [(1/2 - beta) a_n + beta a_{n+1}],   v_{n+1} = v_n + h/2 (a_n + a_{n+1})
+    I + B u + F_m + r(x) = Q(t, x) + D(x, x')                                                               (1)
+    r = gradient of the potential energy of weight, buoyancy and tendons,  Q = (force, E^T moment) of the external load
+    (see body.py),  F_m = force of the fluid's memory of u (see memory.py),  D = drag of the tendons (see tendons.py)
+    u = P^T x',  P = diag(Rz(yaw), 1): the rates in axes that turn with yaw                                 (2)
+    I = d/dt dL/dx' - dL/dx of L = 1/2 u^T M u, with p = M u and k = e_z:                                   (3)
+    I = P [M u' + yaw' (k × p_lin, 0) + (0, k (k . u_lin × p_lin))],  u' = P^T x'' - yaw' (k × u_lin, 0)    (4)
+    x_{n+1} = x_n + h v_n + h² [(1/2 - beta) a_n + beta a_{n+1}],   v_{n+1} = v_n + h/2 (a_n + a_{n+1})     (5)
 
 With gamma = 1/2 and constant stiffness this is the digital filter
     (M + h/2 B + beta h² K) x_{n+1} = [2M - (1 - 2 beta) h² K] x_n - [M - h/2 B + beta h² K] x_{n-1}
@@ -14,31 +17,49 @@ has the trapezoidal rule's relative error of (omega h)²/12. The acceleration of
 corrected with the tangent stiffness at zero pose in the effective matrix until it stands still. The memory's
 filters run at the sub-step; what of them acts at once counts as damping.
 
-Inertia is that of small angles: M is constant, and terms quadratic in the rates are left out. The
-external load is linear in time between the ends of a step.
+Yaw may be of any size: mass, added mass, damping and memory turn with it, so that a platform that is turned together
+with its anchors and loads moves alike. Roll and pitch are small where inertia is concerned: M does not tilt, and
+terms quadratic in their rates are left out. The external load is linear in time between the ends of a step.
+
+A tendon is lost or restored between two steps, by `set_intact`: position and velocity go on, while tensions and
+acceleration jump to what eq. (1) gives, with the same force of the fluid's memory before and after.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.errors import ScenarioError, StepError
-from tlpsim.loads.platform.body import Body, fixed_array, generalized_force, hydrostatic_load, mass_matrix
+from tlpsim.loads.platform.body import (
+    Body,
+    fixed_array,
+    generalized_force,
+    hydrostatic_load,
+    mass_matrix,
+    turned_matrix,
+    yaw_turn,
+)
+from tlpsim.loads.platform.integration import LARGEST_ITERATION, NOT_CONVERGED, NOT_FINITE, integrate
 from tlpsim.loads.platform.memory import Memory, NoMemory
 from tlpsim.loads.platform.state import PlatformState, fit_history
-from tlpsim.loads.platform.tendons import Tendons, tendon_loads
+from tlpsim.loads.platform.tendons import (
+    Tendons,
+    drag_factors,
+    effective_mass,
+    line_lengths,
+    tendon_drag,
+    tendon_loads,
+    without_lost,
+)
 
 METHODS = {"central_difference": 0.0, "fox_goodwin": 1.0 / 12.0, "average_acceleration": 0.25}
 """beta of each integration method; gamma is 1/2 in all."""
 LARGEST_PHASE = 0.35
 """rad, limit of omega_max h: Fox-Goodwin's frequency error stays below 3.2e-5, and all methods are stable."""
-LARGEST_ITERATION = 30
 _SPARE = 64  # sub-steps of one step that fit into the ring of velocities beside what the memory needs
-_NOT_FINITE, _NOT_CONVERGED = -1, -2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,11 +69,11 @@ class PlatformModel:
     Attributes
     ----------
     body, tendons : the parts.
-    linear_damping : (6, 6) N·s/m, N·s, N·m·s, on the rates of the pose; none by default.
+    linear_damping : (6, 6) N·s/m, N·s, N·m·s, on the rates u of eq. (2); none by default.
     free : (6,) bool, degrees of freedom that move; all by default. Held ones keep their position.
     method : a key of `METHODS`.
     memory : force of radiated waves; with it the body's added mass is that of infinite frequency.
-    mass : (6, 6) mass matrix with added mass (derived).
+    mass : (6, 6) mass matrix with added mass and the effective mass of the tendons (derived).
     stiffness : (6, 6) tangent stiffness at zero pose (derived).
     highest_frequency : rad/s, largest natural frequency of the free degrees of freedom (derived).
     arrays : what the integration kernel reads (derived).
@@ -100,18 +121,27 @@ class PlatformModel:
             )
         )
         lines = np.column_stack(
-            (tendons.fairleads, tendons.anchors, tendons.axial_stiffness, tendons.unstretched_length)
+            (
+                tendons.fairleads,
+                tendons.anchors,
+                tendons.axial_stiffness,
+                tendons.unstretched_length,
+                0.5 * tendons.submerged_weight * line_lengths(tendons),
+                drag_factors(tendons, body.water_density),
+            )
         )
+        line_masses = fixed_array(effective_mass(tendons, body.water_density), (-1, 6, 6), "tendon effective mass")
+        mass = mass_matrix(body) + line_masses.sum(axis=0)
         object.__setattr__(self, "linear_damping", damping)
         object.__setattr__(self, "free", free)
-        object.__setattr__(self, "mass", fixed_array(mass_matrix(body), (6, 6), "mass matrix"))
+        object.__setattr__(self, "mass", fixed_array(mass, (6, 6), "mass matrix"))
         stiffness = fixed_array(tangent_stiffness(self, np.zeros(6)), (6, 6), "tangent stiffness")
         object.__setattr__(self, "stiffness", stiffness)
         object.__setattr__(self, "highest_frequency", _highest_frequency(self.mass, stiffness, free))
         matrices = fixed_array([self.mass, damping, stiffness], (3, 6, 6), "system matrices")
         hydrostatics = fixed_array(hydrostatics, (12,), "hydrostatics")
-        lines = fixed_array(lines, (-1, 8), "tendon lines")
-        object.__setattr__(self, "arrays", (matrices, hydrostatics, lines, free))
+        lines = fixed_array(lines, (-1, 10), "tendon lines")
+        object.__setattr__(self, "arrays", (matrices, hydrostatics, lines, line_masses, free))
 
 
 def _highest_frequency(mass: NDArray[np.float64], stiffness: NDArray[np.float64], free: NDArray[np.bool_]) -> float:
@@ -137,13 +167,58 @@ def tangent_stiffness(model: PlatformModel, pose: NDArray[np.float64]) -> NDArra
     return 0.5 * (stiffness + stiffness.T)
 
 
-def initial_state(model: PlatformModel, position: ArrayLike, velocity: ArrayLike, force: ArrayLike) -> PlatformState:
+def remaining(model: PlatformModel, intact: ArrayLike) -> PlatformModel:
+    """The model without the lost tendons and what they weigh and carry; `intact` (n,) bool."""
+    return replace(model, tendons=without_lost(model.tendons, intact))
+
+
+def inertia_force(
+    model: PlatformModel, pose: NDArray[np.float64], velocity: NDArray[np.float64], acceleration: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Inertia force I of eq. (4), (6,) N, N·m, of pose, velocity and acceleration (6,)."""
+    turn = yaw_turn(pose[5])
+    turned = turn.T @ velocity
+    momentum = model.mass @ turned
+    axis, turning = np.array([0.0, 0.0, 1.0]), velocity[5]
+    change = turn.T @ acceleration
+    change[:3] -= turning * np.cross(axis, turned[:3])
+    force = model.mass @ change
+    force[:3] += turning * np.cross(axis, momentum[:3])
+    force[5] += np.cross(turned[:3], momentum[:3])[2]
+    return np.asarray(turn @ force)
+
+
+def _balance(
+    model: PlatformModel, pose: NDArray[np.float64], velocity: NDArray[np.float64], load: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Force that is left for the acceleration, (6,) N, N·m: eq. (1) without memory and without M x''."""
+    drag = tendon_drag(model.tendons, pose, velocity, model.body.water_density)
+    damping = turned_matrix(model.linear_damping, pose[5]) @ velocity
+    quadratic = inertia_force(model, pose, velocity, np.zeros(6))
+    return generalized_force(load + drag, pose) - restoring_force(model, pose) - damping - quadratic
+
+
+def _solved(model: PlatformModel, yaw: float, drive: NDArray[np.float64]) -> NDArray[np.float64]:
+    acceleration, free = np.zeros(6), model.free
+    mass = turned_matrix(model.mass, yaw)[np.ix_(free, free)]
+    acceleration[free] = np.linalg.solve(mass, drive[free])
+    return acceleration
+
+
+def initial_state(
+    model: PlatformModel,
+    position: ArrayLike,
+    velocity: ArrayLike,
+    force: ArrayLike,
+    intact: ArrayLike | None = None,
+) -> PlatformState:
     """State at the start, with the acceleration that the equation of motion gives.
 
     Parameters
     ----------
     position, velocity : (6,) m, rad; velocities of held degrees of freedom are set to zero.
     force : (6,) N, N·m, external load, earth-fixed, about the reference point.
+    intact : (n,) bool, false for a tendon that is lost from the start; all intact by default.
 
     Raises
     ------
@@ -154,16 +229,59 @@ def initial_state(model: PlatformModel, position: ArrayLike, velocity: ArrayLike
     pose = np.array(fixed_array(position, (6,), "initial position"))
     rates = np.where(free, fixed_array(velocity, (6,), "initial velocity"), 0.0)
     load = np.array(fixed_array(force, (6,), "initial force"))
-    drive = generalized_force(load, pose) - restoring_force(model, pose) - model.linear_damping @ rates
-    acceleration = np.zeros(6)
-    acceleration[free] = np.linalg.solve(model.mass[np.ix_(free, free)], drive[free])
+    kept = _flags(model, intact)
+    left = model if kept.all() else remaining(model, kept)
+    top, bottom = _tensions(left, kept, pose)
     return PlatformState(
         position=pose,
         velocity=rates,
-        acceleration=acceleration,
+        acceleration=_solved(left, pose[5], _balance(left, pose, rates, load)),
         force=load,
-        tensions=tendon_loads(model.tendons, pose)[1],
+        tensions=top,
+        bottom_tensions=bottom,
+        intact=kept,
     )
+
+
+def _flags(model: PlatformModel, intact: ArrayLike | None) -> NDArray[np.bool_]:
+    count = len(model.tendons.pretension)
+    kept = np.ones(count, dtype=np.bool_) if intact is None else np.array(intact, dtype=np.bool_)
+    if kept.shape != (count,):
+        raise ScenarioError(f"intact has shape {kept.shape}, expected ({count},): give one flag a tendon")
+    return kept
+
+
+def _tensions(
+    left: PlatformModel, kept: NDArray[np.bool_], pose: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Tensions (n,) at the tops and the bottoms, N, of all tendons where `left` has those that are kept."""
+    top, bottom = np.zeros(len(kept)), np.zeros(len(kept))
+    _, top[kept], bottom[kept] = tendon_loads(left.tendons, pose)
+    return top, bottom
+
+
+def set_intact(model: PlatformModel, state: PlatformState, intact: ArrayLike) -> None:
+    """Lose tendons, or take them back, at the present time of `state`, in place.
+
+    Parameters
+    ----------
+    intact : (n,) bool, false for a lost tendon. One that comes back is as long as it was.
+
+    Raises
+    ------
+    ScenarioError
+        For a wrong shape.
+    """
+    kept = _flags(model, intact)
+    if np.array_equal(kept, state.intact):
+        return
+    pose, rates = state.position, state.velocity
+    before, after = remaining(model, state.intact), remaining(model, kept)
+    drive = _balance(after, pose, rates, state.force) - _balance(before, pose, rates, state.force)
+    drive += turned_matrix(before.mass, pose[5]) @ state.acceleration  # with the memory's force, which does not jump
+    state.acceleration[:] = _solved(after, pose[5], drive)
+    state.intact[:] = kept
+    state.tensions[:], state.bottom_tensions[:] = _tensions(after, kept, pose)
 
 
 def advance(model: PlatformModel, state: PlatformState, force_end: ArrayLike, step: float) -> None:
@@ -189,12 +307,14 @@ def advance(model: PlatformModel, state: PlatformState, force_end: ArrayLike, st
     substeps = max(1, math.ceil(step * shortest - 1e-9))
     memory = model.memory.discrete(step / substeps)
     fit_history(state, step / substeps, memory.taps.shape[0] + max(substeps, _SPARE), memory.transition.shape[0])
-    outcome = _advance(
+    outcome = integrate(
         state.position,
         state.velocity,
         state.acceleration,
         state.force,
         state.tensions,
+        state.bottom_tensions,
+        state.intact,
         state.history,
         state.cursor,
         state.filters,
@@ -205,184 +325,10 @@ def advance(model: PlatformModel, state: PlatformState, force_end: ArrayLike, st
         *model.arrays,
         *memory.arrays,
     )
-    if outcome == _NOT_FINITE:
+    if outcome == NOT_FINITE:
         raise StepError(f"platform force at the step's end is {load}, expected finite numbers")
-    if outcome == _NOT_CONVERGED:
+    if outcome == NOT_CONVERGED:
         raise StepError(
             f"platform motion did not converge within {LARGEST_ITERATION} corrections from position "
             f"{state.position} with a sub-step of {step / substeps:.4g} s: reduce the load or the step"
         )
-
-
-# The kernels repeat hydrostatic_load, tendon_loads and generalized_force as one loop without temporaries, two
-# orders of magnitude faster; a test holds the two forms together. They stand in one file because the cache
-# of a jitted function sees changes in its own file only.
-
-
-@njit(cache=True)
-def _generalized_load(pose, external, hydrostatics, lines, total, tensions):  # type: ignore[no-untyped-def]
-    """External load minus restoring on the rates of the pose -> `total` (6,); tensions (n,) on the way."""
-    sr, sp, sy = math.sin(pose[3]), math.sin(pose[4]), math.sin(pose[5])
-    cr, cp, cy = math.cos(pose[3]), math.cos(pose[4]), math.cos(pose[5])
-    xx, xy, xz = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
-    yx, yy, yz = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
-    zx, zy, zz = -sp, cp * sr, cp * cr
-    weight, buoyancy = hydrostatics[0], hydrostatics[1]
-    heave_stiffness, roll_stiffness, pitch_stiffness = hydrostatics[3], hydrostatics[4], hydrostatics[5]
-    bx = buoyancy * hydrostatics[9] - weight * hydrostatics[6]
-    by = buoyancy * hydrostatics[10] - weight * hydrostatics[7]
-    bz = buoyancy * hydrostatics[11] - weight * hydrostatics[8]
-    arm_x = xx * bx + xy * by + xz * bz - pitch_stiffness * zx * xx - roll_stiffness * zy * xy
-    arm_y = yx * bx + yy * by + yz * bz - pitch_stiffness * zx * yx - roll_stiffness * zy * yy
-    fx, fy, fz = external[0], external[1], external[2] + buoyancy - weight - heave_stiffness * pose[2]
-    mx, my, mz = external[3] + arm_y, external[4] - arm_x, external[5]
-    for i in range(lines.shape[0]):
-        px, py, pz = lines[i, 0], lines[i, 1], lines[i, 2]
-        rx, ry, rz = xx * px + xy * py + xz * pz, yx * px + yy * py + yz * pz, zx * px + zy * py + zz * pz
-        dx, dy, dz = lines[i, 3] - pose[0] - rx, lines[i, 4] - pose[1] - ry, lines[i, 5] - pose[2] - rz
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        tension = max(0.0, lines[i, 6] * (length - lines[i, 7]) / lines[i, 7])
-        tensions[i] = tension
-        tx, ty, tz = tension * dx / length, tension * dy / length, tension * dz / length
-        fx, fy, fz = fx + tx, fy + ty, fz + tz
-        mx, my, mz = mx + ry * tz - rz * ty, my + rz * tx - rx * tz, mz + rx * ty - ry * tx
-    total[0], total[1], total[2] = fx, fy, fz
-    total[3], total[4], total[5] = cp * (cy * mx + sy * my) - sp * mz, cy * my - sy * mx, mz
-
-
-@njit(cache=True)
-def _invert(matrix):  # type: ignore[no-untyped-def]
-    """Gauss-Jordan inverse in place; no pivoting, as a dominant mass matrix keeps the pivots positive."""
-    size = matrix.shape[0]
-    for k in range(size):
-        pivot = 1.0 / matrix[k, k]
-        matrix[k, k] = 1.0
-        for j in range(size):
-            matrix[k, j] *= pivot
-        for i in range(size):
-            if i != k:
-                factor = matrix[i, k]
-                matrix[i, k] = 0.0
-                for j in range(size):
-                    matrix[i, j] -= factor * matrix[k, j]
-
-
-@njit(cache=True)
-def _remember(  # type: ignore[no-untyped-def]
-    velocity, history, cursor, filters, pairs, taps, transition, drive, output, extent, predicted, force
-):
-    """Force of the past of a sub-step -> `force` (6,), eq. (1) of memory.py; filters half way -> `predicted`.
-
-    Puts the velocity at the sub-step's start into the ring and returns its row.
-    """
-    rows, states = history.shape[0], filters.shape[0]
-    cursor = cursor + 1 if cursor + 1 < rows else 0
-    for i in range(6):
-        history[cursor, i] = velocity[i]
-        force[i] = 0.0
-    slot = cursor
-    for k in range(taps.shape[0]):
-        for p in range(pairs.shape[0]):
-            force[pairs[p, 0]] += taps[k, p] * history[slot, pairs[p, 1]]
-        slot = slot - 1 if slot > 0 else rows - 1
-    for m in range(states):
-        total = 0.0
-        for n in range(extent[m, 0], extent[m, 1]):
-            total += transition[m, n] * filters[n]
-        for i in range(6):
-            total += drive[m, i] * velocity[i]
-        predicted[m] = total
-        for i in range(6):
-            force[i] += output[i, m] * total
-    return cursor
-
-
-@njit(cache=True)
-def _advance(  # type: ignore[no-untyped-def]
-    position,
-    velocity,
-    acceleration,
-    force,
-    tensions,
-    history,
-    cursor,
-    filters,
-    force_end,
-    h,
-    substeps,
-    beta,
-    matrices,
-    hydrostatics,
-    lines,
-    free,
-    direct,
-    pairs,
-    taps,
-    transition,
-    drive,
-    output,
-    extent,
-):
-    """Newmark sub-steps into the state, 0; or an error code with the state unchanged.
-
-    The ring of velocities has room for all sub-steps beside what the memory reads, so that rows which it may yet
-    need are not written over before the step is accepted.
-    """
-    mass, damping, stiffness = matrices[0], matrices[1] + direct, matrices[2]
-    x, v, a = position.copy(), velocity.copy(), acceleration.copy()
-    inverse = mass + 0.5 * h * damping + beta * h * h * stiffness
-    for i in range(6):
-        if not math.isfinite(force_end[i]):
-            return _NOT_FINITE
-        if not free[i]:
-            inverse[i, :] = 0.0
-            inverse[:, i] = 0.0
-            inverse[i, i] = 1.0
-    _invert(inverse)
-    external, total, pull = np.empty(6), np.empty(6), np.empty(lines.shape[0])
-    predicted, rates, past = np.empty(6), np.empty(6), np.empty(6)
-    newest, states, half_way = cursor[0], filters.copy(), np.empty(filters.shape[0])
-    floor = hydrostatics[2] ** 2 / mass[0, 0]  # below it, corrections are round-off
-    for k in range(substeps):
-        fraction = (k + 1) / substeps
-        newest = _remember(v, history, newest, states, pairs, taps, transition, drive, output, extent, half_way, past)
-        for i in range(6):
-            external[i] = force[i] + (force_end[i] - force[i]) * fraction
-            predicted[i] = x[i] + h * v[i] + (0.5 - beta) * h * h * a[i]
-            rates[i] = v[i] + 0.5 * h * a[i]
-        converged = False
-        for _ in range(LARGEST_ITERATION):
-            for i in range(6):
-                x[i] = predicted[i] + beta * h * h * a[i]
-                v[i] = rates[i] + 0.5 * h * a[i]
-            _generalized_load(x, external, hydrostatics, lines, total, pull)
-            for i in range(6):
-                total[i] -= past[i]
-                for j in range(6):
-                    total[i] -= mass[i, j] * a[j] + damping[i, j] * v[j]
-                if not free[i]:
-                    total[i] = 0.0
-            change, size = 0.0, 0.0
-            for i in range(6):
-                correction = 0.0
-                for j in range(6):
-                    correction += inverse[i, j] * total[j]
-                a[i] += correction
-                change += mass[i, i] * correction * correction
-                size += mass[i, i] * a[i] * a[i]
-            if math.isfinite(change) and change <= 1e-24 * size + floor:
-                converged = True
-                break
-        if not converged:
-            return _NOT_CONVERGED
-        for i in range(6):
-            x[i] = predicted[i] + beta * h * h * a[i]
-            v[i] = rates[i] + 0.5 * h * a[i]
-        for m in range(states.shape[0]):
-            states[m] = half_way[m]
-            for i in range(6):
-                states[m] += drive[m, i] * v[i]
-    cursor[0] = newest
-    filters[:] = states
-    position[:], velocity[:], acceleration[:], force[:], tensions[:] = x, v, a, force_end, pull
-    return 0

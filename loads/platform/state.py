@@ -16,8 +16,9 @@ class PlatformState:
     ----------
     position, velocity, acceleration : (6,) m, rad and their time derivatives.
     force : (6,) N, N·m, external load at the present time.
-    tensions : (n,) N.
-    history : (rows, 6) m/s, rad/s, ring of velocities at the ends of past sub-steps.
+    tensions, bottom_tensions : (n,) N, at the upper and lower ends of the tendons.
+    intact : (n,) bool, false for a lost tendon.
+    history : (rows, 6) m/s, rad/s, ring of velocities at the ends of past sub-steps, in axes that turn with yaw.
     cursor : (1,) int, row of the newest of them.
     filters : (m,) states of the memory's recursive filters.
     memory_step : (1,) s, sub-step of the ring; zero before the first step.
@@ -28,6 +29,8 @@ class PlatformState:
     acceleration: NDArray[np.float64]
     force: NDArray[np.float64]
     tensions: NDArray[np.float64]
+    bottom_tensions: NDArray[np.float64]
+    intact: NDArray[np.bool_]
     history: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
     cursor: NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
     filters: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))

@@ -1,5 +1,7 @@
 """The ISSC TLP: what its figures add up to, against figures published or quoted apart from those put in."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.equilibrium import natural_periods, single_periods
 from tlpsim.loads.platform.motion import PlatformModel, initial_state, restoring_force
+from tlpsim.loads.platform.tendons import submerged_weight
 
 MODEL = issc_tlp.platform()
 
@@ -70,6 +73,23 @@ def test_damping_only_in_the_tether_modes() -> None:
     np.testing.assert_allclose(np.diag(MODEL.linear_damping) / critical, [0, 0, 0.02, 0.02, 0.02, 0], atol=1e-15)
     with pytest.raises(ScenarioError, match="damping ratio in yaw"):
         issc_tlp.platform([0, 0, 0, 0, 0, -1.0])
+
+
+def test_steel_tubes_float_in_water_and_lengthen_the_periods() -> None:
+    tubes = issc_tlp.steel_tubes()
+    mass, diameter = float(tubes["mass_per_length"][0]), float(tubes["diameter"][0])
+    # EA = 3.37e11/12 N over 210 GPa is 0.1337 m² of steel.
+    assert mass == pytest.approx(0.13373 * 7850.0, rel=1e-4)
+    assert submerged_weight(mass, diameter) == pytest.approx(0.0, abs=1e-9)
+    heavy = replace(MODEL, tendons=issc_tlp.tendons(tubes=tubes))
+    ratio = (single_periods(heavy) / single_periods(MODEL)) ** 2 - 1.0
+    third = 12.0 * mass * 415.0 / 3.0
+    expected = [
+        2.0 * third / MODEL.mass[0, 0],
+        third / MODEL.mass[2, 2],
+        2.0 * third * 2.0 * 43.125**2 / MODEL.mass[5, 5],
+    ]
+    np.testing.assert_allclose(ratio[[0, 2, 5]], expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("water_density", [1000.0, 1030.0])

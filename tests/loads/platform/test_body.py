@@ -12,6 +12,7 @@ from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import (
     Body,
+    angular_velocity,
     generalized_force,
     hydrostatic_energy,
     hydrostatic_load,
@@ -81,16 +82,59 @@ def test_hydrostatic_load_is_the_gradient_of_its_energy(pose: np.ndarray) -> Non
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7])
 def test_righting_moment_of_a_wall_sided_barge(yaw: float) -> None:
-    body, heel = box(), 0.01
+    body, heel = box(), 0.2
     metacentric_radius = body.waterplane_moments[0] / body.displaced_volume
     metacentric_height = metacentric_radius + body.centre_of_buoyancy[2] - body.centre_of_gravity[2]
     # Wall-sided formula: GZ = sin(heel) (GM + BM tan²(heel)/2).
     lever = np.sin(heel) * (metacentric_height + 0.5 * metacentric_radius * np.tan(heel) ** 2)
     load = hydrostatic_load(body, np.array([3.0, -2.0, 0.0, heel, 0.0, yaw]))
     righting = -(load[3] * np.cos(yaw) + load[4] * np.sin(yaw))
-    # The model keeps the first order of the waterplane's change; what it leaves out is some heel² = 1e-4.
-    assert righting == pytest.approx(body.mass * body.gravity * lever, rel=3e-4)
+    assert righting == pytest.approx(body.mass * body.gravity * lever, rel=1e-12)
     assert load[2] == pytest.approx(0.0, abs=1e-9 * body.mass * body.gravity)
+
+
+@pytest.mark.parametrize("pose", [(3.0, -2.0, -5.0, 0.03, -0.02, np.pi / 6.0), (0.0, 0.0, -12.0, 0.0, 0.05, 2.5)])
+def test_pressure_on_four_columns_at_a_large_setdown_and_yaw(pose: tuple[float, ...]) -> None:
+    """Weight of the water displaced, filament by filament of columns as the ISSC TLP's, pontoons apart."""
+    radius, spacing, draught = 8.435, 86.25, 35.0
+    radii, weights = np.polynomial.legendre.leggauss(8)
+    radii, weights = 0.5 * radius * (radii + 1.0), 0.5 * radius * weights
+    angles = 2.0 * np.pi * np.arange(16) / 16.0
+    disc = np.stack([np.outer(radii, np.cos(angles)), np.outer(radii, np.sin(angles))], axis=-1).reshape(-1, 2)
+    area = np.repeat(weights * radii, 16) * 2.0 * np.pi / 16.0
+    centres = 0.5 * spacing * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    x, y = (centres[:, None] + disc).reshape(-1, 2).T
+    filaments = np.tile(area, 4)
+    turn = Rotation.from_euler("ZYX", pose[:2:-1]).as_matrix()
+    top = -(pose[2] + turn[2, 0] * x + turn[2, 1] * y) / turn[2, 2]  # where a filament leaves the water
+    wet = filaments * (top + draught)
+    centroids = np.column_stack((x, y, 0.5 * (top - draught))) @ turn.T
+    weight = 1025.0 * 9.80665 * wet
+    pull = 1e8 * 9.80665
+    gravity_arm = turn @ [0.0, 0.0, 3.0]
+    moment = np.cross(centroids, np.column_stack((0.0 * weight, 0.0 * weight, weight))).sum(axis=0)
+    moment -= np.cross(gravity_arm, [0.0, 0.0, pull])
+    columns = 4.0 * np.pi * radius**2
+    about = np.pi * radius**4 + columns * (0.5 * spacing) ** 2
+    body = replace(
+        issc_tlp.body(),
+        mass=1e8,
+        displaced_volume=columns * draught,
+        centre_of_buoyancy=np.array([0.0, 0.0, -0.5 * draught]),
+        waterplane_moments=np.array([about, about]),
+    )
+    load = hydrostatic_load(body, np.array(pose))
+    # The quadrature is exact for the polynomials it meets.
+    np.testing.assert_allclose(load[2], weight.sum() - pull, rtol=1e-10)
+    np.testing.assert_allclose(load[3:5], moment[:2], rtol=1e-9, atol=1e-10 * pull)
+    np.testing.assert_array_equal(load[[0, 1, 5]], 0.0)
+
+
+@given(POSES, st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6).map(np.array))
+def test_angular_velocity_is_that_of_the_rotation(pose: np.ndarray, rates: np.ndarray) -> None:
+    turn = rotation_matrix(pose[3:])
+    spin = rotation_matrix(pose[3:] + 1e-30j * rates[3:]).imag / 1e-30 @ turn.T  # the cross matrix of omega
+    np.testing.assert_allclose(angular_velocity(pose, rates), [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-13)
 
 
 def test_heave_changes_buoyancy_by_the_waterplane() -> None:

@@ -1,6 +1,7 @@
 """Motion: the integrator as a digital filter, free decay, energy, and an independent ODE solver."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from scipy.integrate import solve_ivp
 
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError, StepError
-from tlpsim.loads.platform import motion
-from tlpsim.loads.platform.body import Body, generalized_force
+from tlpsim.loads.platform import integration, motion
+from tlpsim.loads.platform.body import Body, generalized_force, rotation_matrix
 from tlpsim.loads.platform.equilibrium import (
     damping_from_ratios,
     mechanical_energy,
@@ -20,8 +21,17 @@ from tlpsim.loads.platform.equilibrium import (
     single_periods,
     static_equilibrium,
 )
-from tlpsim.loads.platform.motion import PlatformModel, advance, initial_state, restoring_force
-from tlpsim.loads.platform.tendons import Tendons, tendon_loads
+from tlpsim.loads.platform.memory import DiscreteMemory, convolution, recursion
+from tlpsim.loads.platform.motion import (
+    PlatformModel,
+    advance,
+    inertia_force,
+    initial_state,
+    remaining,
+    restoring_force,
+    set_intact,
+)
+from tlpsim.loads.platform.tendons import Tendons, tendon_drag, tendon_loads
 
 TLP = issc_tlp.platform()
 UNDAMPED = issc_tlp.platform(np.zeros(6))
@@ -84,6 +94,42 @@ def spectral_period(record: NDArray[np.float64], step: float) -> float:
     return float(len(record) * step / (peak + 0.5 * (left - right) / (left - 2.0 * middle + right)))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AnisotropicMemory:
+    """Retardation functions that differ between surge, sway and the angles; as taps they couple sway with roll."""
+
+    recursive: bool
+    longest_step: float = 0.25
+
+    def discrete(self, step: float) -> DiscreteMemory:
+        if self.recursive:
+            # z' = -z/2 + v by the trapezoidal rule.
+            drive = 0.5 * step / (1.0 + 0.25 * step) * np.eye(6)
+            transition = (1.0 - 0.25 * step) / (1.0 + 0.25 * step) * np.eye(6)
+            output = np.diag([1e6, 6e6, 0.0, 1e9, 5e9, 1e10])
+            return recursion(output @ drive, transition, drive, output)
+        pairs = np.array([[0, 0], [1, 1], [1, 3], [3, 1], [5, 5]])
+        taps = step * np.exp(-0.5 * step * np.arange(1, int(20.0 / step)))[:, None]
+        return convolution(np.zeros((6, 6)), pairs, taps * np.array([1e6, 6e6, 5e6, 5e6, 1e10]))
+
+
+def turned_mass(model: PlatformModel, yaw: complex) -> NDArray[Any]:
+    """Mass matrix on the rates of the pose of a hull that is turned by `yaw`, which may be complex."""
+    turn = np.eye(6, dtype=type(yaw))
+    turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    return turn @ model.mass @ turn.T
+
+
+def lagrangian_inertia(
+    model: PlatformModel, pose: NDArray[np.float64], velocity: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """d/dt dL/dx' - dL/dx of L = 1/2 x'^T M(yaw) x' without the acceleration's part; dM/dyaw by a complex step."""
+    slope = turned_mass(model, complex(pose[5], 1e-30)).imag / 1e-30
+    force = velocity[5] * slope @ velocity
+    force[5] -= 0.5 * velocity @ slope @ velocity
+    return force
+
+
 @pytest.mark.parametrize("method", list(motion.METHODS))
 @pytest.mark.parametrize("period", [1.8, 2.2, 5.0, 20.0])
 def test_discrete_transfer_function(method: str, period: float) -> None:
@@ -131,23 +177,43 @@ def test_order_of_accuracy_by_step_halving(method: str, order: int) -> None:
     np.testing.assert_allclose(rates, order, atol=0.05)
 
 
-@given(
-    st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6),
-    st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6),
-)
+@given(*[st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6).map(np.array)] * 4, st.integers(0, 4095))
 @settings(max_examples=50, deadline=None)
-def test_kernel_agrees_with_the_array_form(unit_pose: list[float], unit_load: list[float]) -> None:
-    model = replace(TLP, body=replace(TLP.body, centre_of_gravity=np.array([0.5, -0.3, 3.0])))
-    pose = np.array(unit_pose) * [40.0, 40.0, 3.0, 0.3, 0.3, 1.0]
-    load = np.array(unit_load) * [1e7, 1e7, 1e7, 1e8, 1e8, 1e8]
-    total, tensions = np.empty(6), np.empty(12)
-    _, hydrostatics, lines, _ = model.arrays
-    motion._generalized_load(pose, load, hydrostatics, lines, total, tensions)
-    expected_tensions = tendon_loads(model.tendons, pose)[1]
+def test_kernels_agree_with_the_array_forms(
+    unit_pose: NDArray[np.float64],
+    unit_rates: NDArray[np.float64],
+    unit_acceleration: NDArray[np.float64],
+    unit_load: NDArray[np.float64],
+    flags: int,
+) -> None:
+    tubes = issc_tlp.steel_tubes() | {"submerged_weight": np.array([2000.0])}
+    body = replace(TLP.body, centre_of_gravity=np.array([0.5, -0.3, 3.0]))
+    model = replace(TLP, body=body, tendons=issc_tlp.tendons(tubes=tubes))
+    intact = (flags >> np.arange(12)) % 2 == 1
+    pose = unit_pose * [40.0, 40.0, 3.0, 0.3, 0.3, 1.0]
+    velocity = unit_rates * [2.0, 2.0, 0.2, 0.02, 0.02, 0.05]
+    load = unit_load * [1e7, 1e7, 1e7, 1e8, 1e8, 1e8]
+    total, tensions, bottom = np.empty(6), np.empty(12), np.empty(12)
+    matrices, hydrostatics, lines, line_masses, _ = model.arrays
+    integration.generalized_load(pose, velocity, load, hydrostatics, lines, intact, total, tensions, bottom)
+    left = remaining(model, intact)
+    _, top_tensions, bottom_tensions = tendon_loads(left.tendons, pose)
     # Rounding: 415 m eps times EA/l0, and sums of forces on levers of up to 60 m.
-    np.testing.assert_allclose(tensions, expected_tensions, rtol=1e-12, atol=1e-4)
-    expected = generalized_force(load, pose) - restoring_force(model, pose)
-    np.testing.assert_allclose(total, expected, rtol=0, atol=1e-11 * (1e9 + expected_tensions.sum()))
+    np.testing.assert_allclose(tensions[intact], top_tensions, rtol=1e-12, atol=1e-4)
+    np.testing.assert_allclose(bottom[intact], bottom_tensions, rtol=1e-12, atol=1e-4)
+    assert not tensions[~intact].any()
+    assert not bottom[~intact].any()
+    drag = tendon_drag(left.tendons, pose, velocity, body.water_density)
+    expected = generalized_force(load + drag, pose) - restoring_force(left, pose)
+    np.testing.assert_allclose(total, expected, rtol=0, atol=1e-11 * (1e9 + top_tensions.sum()))
+    np.testing.assert_allclose(matrices[0] - line_masses[~intact].sum(axis=0), left.mass, rtol=1e-12, atol=1e-3)
+    past, work = 1e6 * unit_load, (np.empty(6), np.empty(6))
+    acceleration = unit_acceleration * [1.0, 1.0, 1.0, 0.01, 0.01, 0.01]
+    integration.resisting_force(pose[5], velocity, acceleration, *matrices[:2], past, *work, total)
+    turn = np.eye(6)
+    turn[:3, :3] = rotation_matrix(np.array([0.0, 0.0, pose[5]]))
+    expected = turn @ (matrices[1] @ turn.T @ velocity + past) + inertia_force(model, pose, velocity, acceleration)
+    np.testing.assert_allclose(total, expected, rtol=1e-12, atol=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -186,9 +252,16 @@ def test_heave_decays_with_its_damping_ratio() -> None:
     np.testing.assert_allclose(record, expected, atol=1e-3 * 5e-4)
 
 
-def test_energy_of_the_undamped_platform_does_not_drift() -> None:
-    pose = static_equilibrium(UNDAMPED, [2.6e6, 1.0e6, 0.0, 0.0, 0.0, 2.0e7])
-    state = initial_state(UNDAMPED, pose, REST, REST)
+@pytest.mark.parametrize(
+    ("force", "velocity"),
+    [
+        ([2.6e6, 1.0e6, 0.0, 0.0, 0.0, 2.0e7], [0.0] * 6),
+        ([6.0e6, 3.0e6, 0.0, 0.0, 0.0, 3.0e8], [0.3, -0.5, 0.0, 0.0, 0.0, 0.02]),  # 13 degrees of yaw, and more
+    ],
+)
+def test_energy_of_the_undamped_platform_does_not_drift(force: list[float], velocity: list[float]) -> None:
+    pose = static_equilibrium(UNDAMPED, force)
+    state = initial_state(UNDAMPED, pose, velocity, REST)
     start, energies = mechanical_energy(UNDAMPED, state), []
     for n in range(51_800):  # fifty surge periods
         advance(UNDAMPED, state, REST, 0.1)
@@ -205,11 +278,12 @@ def test_energy_of_the_undamped_platform_does_not_drift() -> None:
 def test_against_an_independent_ode_solver() -> None:
     end, last = 20.0, np.array([4.0e6, -2.0e6, 3.0e6, 2.0e7, 5.0e7, 6.0e7])
     pose, rates = np.array([5.0, -3.0, -0.04, 1e-4, -1e-4, 0.02]), np.array([0.2, 0.1, 0.0, 0.0, 0.0, 1e-3])
-    inverse = np.linalg.inv(TLP.mass)
 
     def slope(time: float, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        drive = generalized_force(last * time / end, values[:6]) - restoring_force(TLP, values[:6])
-        return np.concatenate((values[6:], inverse @ (drive - TLP.linear_damping @ values[6:])))
+        at, rate = values[:6], values[6:]
+        drive = generalized_force(last * time / end, at) - restoring_force(TLP, at)
+        drive -= lagrangian_inertia(TLP, at, rate) + TLP.linear_damping @ rate
+        return np.concatenate((rate, np.linalg.solve(turned_mass(TLP, at[5]), drive)))
 
     exact = solve_ivp(slope, (0.0, end), np.concatenate((pose, rates)), method="DOP853", rtol=1e-10, atol=1e-12).y[
         :, -1
@@ -226,6 +300,51 @@ def test_against_an_independent_ode_solver() -> None:
     np.testing.assert_allclose(np.log2(np.max(errors[1]) / np.max(errors[2])), 2.0, atol=0.3)
 
 
+@given(*[st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6).map(np.array)] * 3, st.floats(-np.pi, np.pi))
+@settings(max_examples=30)
+def test_inertia_is_that_of_the_lagrangian(
+    place: NDArray[np.float64], velocity: NDArray[np.float64], acceleration: NDArray[np.float64], yaw: float
+) -> None:
+    body = replace(TLP.body, added_mass=np.diag([1e7, 9e7, 3e7, 6e10, 7e10, 1e11]) + TLP.body.added_mass)
+    model = replace(TLP, body=body)
+    pose = np.concatenate((place[:5], [yaw]))
+    expected = turned_mass(model, yaw) @ acceleration + lagrangian_inertia(model, pose, velocity)
+    # Rounding of moments of inertia of 1e11.
+    np.testing.assert_allclose(inertia_force(model, pose, velocity, acceleration), expected, rtol=1e-12, atol=1e-2)
+
+
+@pytest.mark.parametrize(("turn", "recursive"), [(np.pi / 6.0, False), (2.0, False), (2.0, True)])
+def test_a_platform_turned_with_its_anchors_and_loads_moves_alike(turn: float, recursive: bool) -> None:
+    """Inertia, added mass, damping, memory and drag turn with yaw, for a hull of no symmetry at all."""
+    body = replace(TLP.body, added_mass=TLP.body.added_mass + np.diag([0, 5e7, 0, 0, 3e10, 0]))
+    whole = issc_tlp.tendons(tubes=issc_tlp.steel_tubes())
+    size = np.sqrt(np.diag(TLP.mass))
+    damping = np.outer(size, size) * (np.diag([0.01, 0.05, 0.1, 0.1, 0.2, 0.02]) + 0.005)
+    cosine, sine = np.cos(turn), np.sin(turn)
+    rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    results = []
+    for angle, change in ((0.0, np.eye(3)), (turn, rotation)):
+        memory = AnisotropicMemory(recursive=recursive)
+        model = PlatformModel(body=body, tendons=whole, linear_damping=damping, memory=memory)
+        # Anchors that are turned after the lines have got their lengths.
+        lines = model.arrays[2].copy()
+        lines[:, 3:6] = whole.anchors @ change.T
+        object.__setattr__(model, "arrays", (*model.arrays[:2], lines, *model.arrays[3:]))
+        state = initial_state(model, REST, REST, REST)
+        state.position[5] = angle
+        poses = []
+        for n in range(600):
+            load = 1e7 * np.array([1.0, 1.0, 0.5, 2.0, 2.0, 20.0]) * np.sin(0.05 * n + np.arange(6))
+            advance(model, state, np.concatenate((change @ load[:3], change @ load[3:])), 0.1)
+            position = state.position - np.array([0, 0, 0, 0, 0, angle])
+            poses.append(np.concatenate((change.T @ position[:3], position[3:])))
+        results.append(np.array(poses))
+    largest = np.abs(results[0]).max(axis=0)
+    assert np.all(largest > [1.0, 0.3, 1e-3, 1e-6, 1e-6, 1e-3])
+    # The corrections end at the rounding of the tethers' stiffness; the held tangent of zero pose is turned as well.
+    np.testing.assert_allclose(results[1] / largest, results[0] / largest, rtol=0, atol=1e-7)
+
+
 def test_platform_stays_in_equilibrium() -> None:
     force = np.array([2.6e6, 1.0e6, 0.0, 1e7, 2e7, 3e7])
     pose = static_equilibrium(TLP, force)
@@ -234,6 +353,26 @@ def test_platform_stays_in_equilibrium() -> None:
         advance(TLP, state, force, 0.1)
     np.testing.assert_allclose(state.position, pose, rtol=0, atol=1e-9)
     np.testing.assert_allclose(state.tensions, tendon_loads(TLP.tendons, pose)[1], rtol=1e-9)
+
+
+def test_corrections_end_on_the_equation_of_motion() -> None:
+    """Slack, tight and lost lines with drag, at a large yaw: the acceleration is that of the array form there."""
+    model = replace(TLP, tendons=issc_tlp.tendons(tubes=issc_tlp.steel_tubes()))
+    generator = np.random.default_rng(8)
+    forces = np.cumsum(generator.normal(size=(400, 6)), axis=0) * [1e6, 1e6, 3e6, 5e7, 5e7, 1e8]
+    state = initial_state(model, [5.0, 5.0, 0.0, 0.0, 0.0, 0.4], REST, REST)
+    slack = 0
+    for n, force in enumerate(forces):
+        if n == 150:
+            set_intact(model, state, np.arange(12) % 3 != 1)
+        advance(model, state, force, 0.1)
+        exact = initial_state(model, state.position, state.velocity, force, state.intact)
+        # The first digits that the tethers' rounding takes: 1e-3 N on the mass, and 1e-12 of the acceleration squared.
+        size = np.abs(exact.acceleration).max()
+        np.testing.assert_allclose(state.acceleration, exact.acceleration, rtol=1e-9, atol=1e-9 * max(size, 1e-3))
+        np.testing.assert_allclose(state.tensions, exact.tensions, rtol=1e-9, atol=1.0)
+        slack += int(np.any(state.tensions[state.intact] == 0.0))
+    assert 20 < slack < 380
 
 
 def test_load_is_linear_between_the_ends_of_a_step() -> None:
