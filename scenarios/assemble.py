@@ -31,7 +31,7 @@ from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
-from tlpsim.scenarios.schema import Scenario
+from tlpsim.scenarios.schema import Scenario, Wire
 from tlpsim.scenarios.sections import BUILTIN, MORISON
 from tlpsim.scenarios.sections import Component as Entry
 
@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from tlpsim.loads.wind.force import WindLoads
 
 Parameters = dict[str, Any]
+
+OPTIONAL = {("platform", "elevation")}
+"""Inputs that stay open where an FMU in the place of one of ours has no such variable."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +85,7 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
                 )
                 for name, entry in scenario.components.items()
             ),
-            connections=_connections(scenario),
+            connections=_connections(scenario, instances),
         )
         for name in instances:
             _warn_of_left_out(scenario, name, instances[name])
@@ -123,8 +126,15 @@ def _path(entry: Entry) -> Path:
     return Path(entry.fmu)
 
 
-def _connections(scenario: Scenario) -> tuple[Connection, ...]:
+def _connections(scenario: Scenario, instances: Mapping[str, FmuInstance]) -> tuple[Connection, ...]:
     components = scenario.components
+
+    def wanted(wire: Wire) -> bool:
+        ends = ((wire.source, wire.source_variable), (wire.target, wire.target_variable))
+        return (wire.target, wire.target_variable) not in OPTIONAL or all(
+            components[name].own_name(variable) in instances[name].variables for name, variable in ends
+        )
+
     return tuple(
         Connection(
             source=wire.source,
@@ -135,6 +145,7 @@ def _connections(scenario: Scenario) -> tuple[Connection, ...]:
             extrapolation=wire.extrapolation,
         )
         for wire in scenario.wiring()
+        if wanted(wire)
     )
 
 

@@ -63,6 +63,7 @@ STANDARD_CONNECTIONS: dict[str, dict[str, Any]] = {
     "wind.position.yaw": {"from": "platform.position.yaw"},
     "wave.position.*": {"from": "platform.position.*"},
     "wave.velocity.*": {"from": "platform.velocity.*"},
+    "platform.elevation": {"from": "wave.elevation"},
 }
 
 

@@ -273,9 +273,8 @@ class CurrentTable(Section):
     def _is_a_profile(self) -> Self:
         from tlpsim.loads.waves.current import Current as Profile
 
-        columns = (np.array(getattr(self, name)) for name in ("depth", "speed", "heading_deg"))
         try:
-            Profile(**dict(zip(("depth", "speed", "heading"), columns, strict=True)))
+            Profile(depth=np.array(self.depth), speed=np.array(self.speed), heading=np.radians(self.heading_deg))
         except ScenarioError as error:
             raise ValueError(str(error)) from None
         return self

@@ -293,8 +293,10 @@ def _at_frequency(problem: Problem, body: Discretization, omega: float) -> _AtFr
     motion = np.zeros((len(solution.headings), 6), dtype=np.complex128)
     if problem.mass is not None and problem.stiffness is not None:
         motion = response_amplitudes(solution, problem.mass, problem.stiffness)
-    drift = (near_field_drift if problem.vertical_drift else mean_drift)(body, solution, motion)
-    light = replace(solution, radiation=np.zeros(0), diffraction=np.zeros(0))  # potentials are not kept
+    by = near_field_drift if problem.vertical_drift else mean_drift
+    drift = np.asarray(by(body, solution, motion))
+    nothing = np.zeros(0, dtype=np.complex128)
+    light = replace(solution, radiation=nothing, diffraction=nothing)  # potentials are not kept
     return _AtFrequency(solution=light, motion=motion, drift=drift)
 
 

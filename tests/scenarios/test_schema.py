@@ -69,7 +69,7 @@ def test_the_typical_scenario_writes_every_default_out() -> None:
 
 def test_the_standard_wiring_joins_each_degree_of_freedom() -> None:
     wires = Scenario().wiring()
-    assert len(wires) == 5 * 6 + 1
+    assert len(wires) == 5 * 6 + 2
     forces = [wire for wire in wires if wire.target_variable.startswith("wind_force.")]
     assert [wire.source_variable for wire in forces] == [f"force.{name}" for name in DEGREES_OF_FREEDOM]
     assert {(wire.source, wire.target) for wire in forces} == {("wind", "platform")}
@@ -174,7 +174,7 @@ def test_connections_add_to_override_and_remove_the_standard_ones(write: Write) 
         )
     )
     wires = {f"{wire.target}.{wire.target_variable}": wire for wire in scenario.wiring()}
-    assert len(wires) == 31 + 6 - 1
+    assert len(wires) == 32 + 6 - 1
     assert wires["platform.wind_force.sway"].source_variable == "force.sway"
     assert wires["platform.wind_force.sway"].filter == "quintic"
     assert (wires["platform.wind_force.yaw"].source, wires["platform.wind_force.yaw"].filter) == ("tug", "hold")
