@@ -65,6 +65,9 @@ def run(
     duration: Duration = None,
     seed: Seed = None,
     settings: Settings = None,
+    monolithic: Annotated[
+        bool, typer.Option("--monolithic", help="One loop over the built-in models, without FMUs.")
+    ] = False,
 ) -> None:
     """Run a scenario and print the response by degree of freedom."""
     from tlpsim.scenarios.console import print_summary, progress_bar
@@ -73,12 +76,12 @@ def run(
     chosen = _load(scenario, duration, seed, settings)
     try:
         with progress_bar(chosen.simulation.duration) as progress:
-            results = run_scenario(chosen, output, observers=[progress])
+            results = run_scenario(chosen, output, observers=[progress], monolithic=monolithic)
     except KeyboardInterrupt:
         typer.echo(f"tlpsim: interrupted; the samples so far are in {output}.part", err=True)
         raise typer.Exit(130) from None
     print_summary(results)
-    typer.echo(f"results: {output}")
+    typer.echo(f"results: {output}{' (monolithic)' if monolithic else ''}")
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""Run a scenario: load and wire its FMUs, step them to the end, and leave a results file."""
+"""Run a scenario: load and wire its FMUs, or take their models without FMI; step to the end; leave a results file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from tlpsim.scenarios.results import Results, ResultsWriter, open_results
 from tlpsim.scenarios.schema import Scenario
 
 
-def run_scenario(scenario: Scenario, destination: str | Path, observers: Sequence[Observer] = ()) -> Results:
+def run_scenario(
+    scenario: Scenario, destination: str | Path, observers: Sequence[Observer] = (), *, monolithic: bool = False
+) -> Results:
     """Run a scenario and open its results.
 
     Parameters
@@ -26,19 +28,34 @@ def run_scenario(scenario: Scenario, destination: str | Path, observers: Sequenc
         so far are in the same name with `.part`.
     observers
         Who else gets the samples as they come.
+    monolithic
+        Run the models of the built-in components in one loop instead of their FMUs, see
+        `tlpsim.scenarios.monolithic`.
 
     Raises
     ------
     TlpsimError
         When the scenario, an FMU, the wiring, a step or the destination is at fault; the message says which.
     """
+    if monolithic:
+        from tlpsim.scenarios.monolithic import MonolithicWriter, run_monolithic
+
+        writer: ResultsWriter = MonolithicWriter(destination, scenario)
+        try:
+            run_monolithic(scenario, [writer, *observers])
+        except TlpsimError as error:
+            raise _with_part(error, writer) from error
+        return open_results(destination)
     writer = ResultsWriter(destination, scenario)
     with assembled(scenario) as assembly:
         stop = to_ticks(scenario.simulation.duration, "simulation.duration")
         try:
             run(assembly.system, stop, observers=[writer, *observers])
         except TlpsimError as error:
-            if writer.has_started:
-                raise type(error)(f"{error}; the samples so far are in {writer.part_path}") from error
-            raise
+            raise _with_part(error, writer) from error
     return open_results(destination)
+
+
+def _with_part(error: TlpsimError, writer: ResultsWriter) -> TlpsimError:
+    """The error with the place of the samples so far, where there are any."""
+    return type(error)(f"{error}; the samples so far are in {writer.part_path}") if writer.has_started else error
