@@ -237,7 +237,7 @@ def _solve(
     right = system_vectors(driving, fold)
     for layer, columns in zip(system_matrices(single, fold), right, strict=True):
         radiating = np.arange(columns.shape[1]) % driving.shape[2] < modes
-        columns[:, radiating] = -layer.T @ columns[:, radiating]
+        columns[:, radiating] = -(layer.T @ columns[:, radiating])
     lid = _lid_factor(discretization, omega**2 / gravity)
     components = _solve_systems(discretization, double, right, False, lid)[:, :hull]
     potentials = images_of(components, characters)
@@ -295,7 +295,7 @@ def added_mass_limit(discretization: Discretization, surface: float, density: fl
     moving = np.zeros((len(discretization.images), len(both.area), discretization.modes.shape[2]))
     moving[:, :hull] = _cleaned(classes(discretization.modes, characters))
     right = [
-        -layer.T @ speed
+        -(layer.T @ speed)
         for layer, speed in zip(system_matrices(layers[0], fold), system_vectors(moving, fold), strict=True)
     ]
     with _library_threads(discretization):
