@@ -17,8 +17,12 @@ test: $(READY)
 validation: $(READY)
 	$(BIN)/python -m pytest -m validation
 
+BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic
+
 bench: $(READY)
-	$(BIN)/python benchmarks/chain.py
+	$(BIN)/pip install --quiet --editable '.[compare]'
+	failed=; for name in $(BENCHMARKS); do $(BIN)/python benchmarks/$$name.py || failed="$$failed $$name"; done; \
+	test -z "$$failed" || { echo "bounds missed:$$failed"; exit 1; }
 
 lint: $(READY)
 	$(BIN)/ruff check .
