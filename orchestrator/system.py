@@ -1,5 +1,6 @@
 """Components, connections, and what can be said of a system before anything runs: errors, notes, loops."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -14,6 +15,9 @@ INPUTS_AT = ("end", "middle", "start")
 EXTRAPOLATIONS = ("derivatives", "hold", "linear", "quadratic")
 """How a signal is continued beyond its newest sample."""
 
+_MEMBER = re.compile(r"(?<=\[)\d+(?=\])|(?<=\.)[^.\[\]]+$")
+"""The number of an element, or the last part of a structured name: what the members of a family differ in."""
+_MOST_NAMED = 3
 _NO_PARAMETERS: Mapping[str, object] = MappingProxyType({})
 
 
@@ -187,14 +191,20 @@ def check(system: System) -> list[str]:
             raise WiringError(f"connection {connection}: the input is already fed by {fed[end]}; remove one")
         fed[end] = connection
     _check_look_ahead(system)
-    return [
-        f"input {component.name}.{variable.name} is not connected and keeps its start value"
-        for component in system.components
-        for variable in component.instance.variables.values()
-        if variable.causality == "input"
-        and (component.name, variable.name) not in fed
-        and variable.name not in component.parameters
-    ]
+    families: dict[str, list[str]] = {}
+    for component in system.components:
+        for variable in component.instance.variables.values():
+            fed_here = (component.name, variable.name) in fed or variable.name in component.parameters
+            if variable.causality == "input" and not fed_here:
+                name = f"{component.name}.{variable.name}"
+                families.setdefault(_MEMBER.sub("*", name), []).append(name)
+    return [note for family, names in families.items() for note in _left_open(family, names)]
+
+
+def _left_open(family: str, names: Sequence[str]) -> list[str]:
+    if len(names) > _MOST_NAMED:
+        return [f"{len(names)} inputs {family} are not connected and keep their start values"]
+    return [f"input {name} is not connected and keeps its start value" for name in names]
 
 
 def strong_components(successors: Sequence[Sequence[int]]) -> list[list[int]]:

@@ -164,6 +164,26 @@ def test_notes_name_unconnected_inputs() -> None:
     assert notes == ["input platform.wind_force.sway is not connected and keeps its start value"]
 
 
+def test_many_unconnected_inputs_of_one_family_are_one_note() -> None:
+    names = [
+        *(f"intact[{k}]" for k in range(12)),
+        *(f"force.{axis}" for axis in "uvwx"),
+        "depth",
+        "moment.x",
+        "moment.y",
+    ]
+    hull = PythonInstance("hull", idle, inputs=dict.fromkeys(names, 0.0), outputs={}, units={})
+    assert check(System(components=(Component(instance=hull, step=1, parameters={"force.u": 1.0}),))) == [
+        "12 inputs hull.intact[*] are not connected and keep their start values",
+        "input hull.force.v is not connected and keeps its start value",
+        "input hull.force.w is not connected and keeps its start value",
+        "input hull.force.x is not connected and keeps its start value",
+        "input hull.depth is not connected and keeps its start value",
+        "input hull.moment.x is not connected and keeps its start value",
+        "input hull.moment.y is not connected and keeps its start value",
+    ]
+
+
 def test_loops() -> None:
     assert loops(system(FORCE)) == []
     assert loops(system(FORCE, FEEDBACK)) == [{"wind", "platform"}]
