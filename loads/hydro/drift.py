@@ -152,7 +152,8 @@ def completed_drift(database: HydrodynamicDatabase) -> tuple[FloatArray, FloatAr
     if len(database.omega) < _FEWEST_FREQUENCIES or not np.all(np.isfinite(drift)):
         raise ScenarioError(
             f"the hydrodynamic database has {len(database.omega)} frequencies, or mean drift that is not known at some "
-            "of them; slow drift needs it at two or more, and at all of them"
+            "of them; slow drift needs it at two or more, and at all of them: compute the database with `tlpsim bem`, "
+            'or do without slow drift (waves.drift = "none")'
         )
     six = np.zeros((*drift.shape[:2], 6), dtype=np.complex128)
     six[..., list(HORIZONTAL) if drift.shape[2] == len(HORIZONTAL) else slice(6)] = drift
