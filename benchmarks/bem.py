@@ -19,11 +19,12 @@ from scipy import special
 
 from tlpsim.loads.bem.convergence import Limit, limit, observed_limit
 from tlpsim.loads.bem.database import Problem, compute
+from tlpsim.loads.bem.discretization import Discretization, discretize, rigid_modes
 from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
 from tlpsim.loads.bem.hulls import ISSC_VOLUME, cylinder, hemisphere, issc_hull, lid, tlp
 from tlpsim.loads.bem.mesh import Mesh, merged, translated, whole
 from tlpsim.loads.bem.response import energy_balance, far_field_damping, mean_drift, response_amplitudes
-from tlpsim.loads.bem.solver import Discretization, Solution, discretize, rigid_modes, solve
+from tlpsim.loads.bem.solver import Solution, solve
 from tlpsim.loads.bem.wamit_test07 import wamit_test07
 
 FloatArray = NDArray[np.float64]

@@ -14,11 +14,12 @@ from report import Row, at_most, main
 from scipy import special
 
 from tlpsim.loads.bem.control_surface import control_surface
+from tlpsim.loads.bem.discretization import Discretization, discretize
 from tlpsim.loads.bem.drift_damping import wave_drift_damping
 from tlpsim.loads.bem.hulls import box, cylinder, hemisphere, issc_hull, lid, tlp
 from tlpsim.loads.bem.quadratic import FORMS, newman, quadratic_part
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
-from tlpsim.loads.bem.solver import Discretization, discretize, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.bem.surface import SurfaceFields, hull_surface, surface_fields
 
 FloatArray = NDArray[np.float64]

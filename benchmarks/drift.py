@@ -15,10 +15,11 @@ from report import Row, at_most, main
 from scipy import stats
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import issc_hull, lid, tlp
 from tlpsim.loads.bem.issc import issc_database
 from tlpsim.loads.bem.quadratic import quadratic_part
-from tlpsim.loads.bem.solver import discretize, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.bem.surface import hull_surface, surface_fields
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.filters.convolution import kernel_response

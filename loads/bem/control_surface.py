@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.field_points import field
-from tlpsim.loads.bem.solver import Discretization, Solution
+from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.errors import ScenarioError
 
 if TYPE_CHECKING:

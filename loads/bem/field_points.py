@@ -30,10 +30,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.green import bottom_wave, deep_table, deep_wave, finite_table
 from tlpsim.loads.bem.incident import depth_function
 from tlpsim.loads.bem.rankine import panel_integrals
-from tlpsim.loads.bem.solver import Discretization, Solution
+from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.errors import ScenarioError
 
 FloatArray = NDArray[np.float64]

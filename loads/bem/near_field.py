@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.bem.control_surface import control_surface
+from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.quadratic import quadratic_part
-from tlpsim.loads.bem.solver import Discretization, Solution
+from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.bem.surface import hull_surface, surface_fields
 
 FloatArray = NDArray[np.float64]

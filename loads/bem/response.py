@@ -23,8 +23,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.incident import far_integrals
-from tlpsim.loads.bem.solver import Discretization, Solution
+from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.errors import ScenarioError, SolverError
 
 FloatArray = NDArray[np.float64]

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from tlpsim.loads.bem import influence
-from tlpsim.loads.bem.discretization import Discretization, discretize, rankine_matrices, rigid_modes
+from tlpsim.loads.bem.discretization import Discretization, rankine_matrices
 from tlpsim.loads.bem.incident import panel_waves
 from tlpsim.loads.bem.symmetry import (
     classes,
@@ -39,17 +39,6 @@ from tlpsim.loads.bem.symmetry import (
     system_vectors,
 )
 from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive, wavenumber
-
-__all__ = [
-    "Discretization",
-    "Solution",
-    "added_mass_limit",
-    "discretize",
-    "incident_waves",
-    "rigid_modes",
-    "solve",
-    "wave_matrices",
-]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -22,9 +22,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from tlpsim.loads.bem.control_surface import ControlFields, ControlSurface, control_fields
+from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.field_points import total_potential
 from tlpsim.loads.bem.gradient import TangentialGradient, tangential_gradient
-from tlpsim.loads.bem.solver import Discretization, Solution
+from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.errors import ScenarioError
 
 FloatArray = NDArray[np.float64]

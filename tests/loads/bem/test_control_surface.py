@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.bem.control_surface import control_surface
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import box, hemisphere
 from tlpsim.loads.bem.mesh import merged, translated, whole
-from tlpsim.loads.bem.solver import discretize, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.bem.surface import hull_surface, surface_fields
 from tlpsim.loads.errors import ScenarioError
 

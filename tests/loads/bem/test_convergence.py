@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.bem.convergence import limit, observed_limit, resolved_share
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
 from tlpsim.loads.bem.hulls import hemisphere
-from tlpsim.loads.bem.solver import discretize, solve
+from tlpsim.loads.bem.solver import solve
 
 
 @pytest.mark.parametrize("order", [4.0 / 3.0, 1.5, 5.0 / 3.0, 2.0])

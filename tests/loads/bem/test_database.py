@@ -19,11 +19,12 @@ from tlpsim.loads.bem.database import (
     read,
     write,
 )
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
 from tlpsim.loads.bem.hulls import box, hemisphere
 from tlpsim.loads.bem.hydrostatics import mass_matrix
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
-from tlpsim.loads.bem.solver import discretize, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.errors import ScenarioError
 
 PROBLEM = Problem(

@@ -3,12 +3,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy import special
 
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.field_points import field, incident_field, panel_gradients, total_potential
 from tlpsim.loads.bem.hulls import cylinder, hemisphere
 from tlpsim.loads.bem.mesh import panels
 from tlpsim.loads.bem.rankine import panel_integrals, second_moments
 from tlpsim.loads.bem.response import far_wave
-from tlpsim.loads.bem.solver import discretize, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.errors import ScenarioError
 
 MOTION = np.array([[0.3j, 0.1, 0.9, 0.05, 0.1j, 0.02], [0.0, -0.4, 0.2j, 0.1, 0.0, 0.3]])

@@ -1,7 +1,7 @@
 import numpy as np
 
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import box, hemisphere
-from tlpsim.loads.bem.solver import discretize
 from tlpsim.loads.bem.surface import hull_surface
 
 

@@ -5,11 +5,12 @@ import pytest
 from scipy.linalg import solveh_banded
 from threadpoolctl import threadpool_limits
 
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import Proportions, box, cylinder, hemisphere, lid, patch, wall
 from tlpsim.loads.bem.irregular import FIRST_ZERO, irregular_warning, lowest_irregular_frequency
 from tlpsim.loads.bem.mesh import Mesh, merged, translated, whole
 from tlpsim.loads.bem.semisubmersible import SemisubmersibleHull, semisubmersible
-from tlpsim.loads.bem.solver import discretize, solve, wave_matrices
+from tlpsim.loads.bem.solver import solve, wave_matrices
 from tlpsim.loads.errors import ScenarioError
 
 EVEN = Proportions(column_row=1.0, pontoon_girth=1.0, pontoon_length=1.5)

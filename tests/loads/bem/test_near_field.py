@@ -3,11 +3,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy import special
 
+from tlpsim.loads.bem.discretization import Discretization, discretize
 from tlpsim.loads.bem.hulls import box, cylinder, hemisphere
 from tlpsim.loads.bem.mesh import Mesh, whole
 from tlpsim.loads.bem.near_field import near_field_drift
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
-from tlpsim.loads.bem.solver import Discretization, Solution, discretize, solve
+from tlpsim.loads.bem.solver import Solution, solve
 from tlpsim.loads.errors import ScenarioError
 
 ANY_MOTION = np.array([[0.3j, 0.1 - 0.2j, 0.7, 0.2 + 0.1j, 0.3 - 0.1j, 0.15]])

@@ -4,10 +4,11 @@ from numpy.typing import NDArray
 from scipy import special
 
 from tlpsim.loads.bem.control_surface import control_surface
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import cylinder, hemisphere
 from tlpsim.loads.bem.near_field import near_field_drift
 from tlpsim.loads.bem.quadratic import newman, quadratic_part
-from tlpsim.loads.bem.solver import discretize, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.bem.surface import SurfaceFields, hull_surface, surface_fields
 from tlpsim.loads.errors import ScenarioError
 

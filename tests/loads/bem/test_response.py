@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import box, hemisphere
 from tlpsim.loads.bem.mesh import translated
 from tlpsim.loads.bem.response import energy_balance, far_field_damping, mean_drift, response_amplitudes
-from tlpsim.loads.bem.solver import discretize, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.errors import ScenarioError
 
 MESH = box(2.0, 1.0, 0.5, 0.2)

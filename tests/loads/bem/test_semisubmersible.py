@@ -8,11 +8,12 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import j1
 
+from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import LID_REACH, Proportions, lid
 from tlpsim.loads.bem.mesh import check, panels, volumes, waterline_loops
 from tlpsim.loads.bem.response import far_field_damping
 from tlpsim.loads.bem.semisubmersible import SemisubmersibleHull, semisubmersible
-from tlpsim.loads.bem.solver import added_mass_limit, discretize, solve
+from tlpsim.loads.bem.solver import added_mass_limit, solve
 from tlpsim.loads.errors import ScenarioError
 
 EDGES = Proportions(column_row=1.5, pontoon_girth=0.65, pontoon_length=2.5)

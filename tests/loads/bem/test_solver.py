@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy import special
 
+from tlpsim.loads.bem.discretization import discretize, rigid_modes
 from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
 from tlpsim.loads.bem.hulls import box, cylinder, hemisphere, lid
 from tlpsim.loads.bem.mesh import Mesh, merged, translated, whole
-from tlpsim.loads.bem.solver import added_mass_limit, discretize, rigid_modes, solve
+from tlpsim.loads.bem.solver import added_mass_limit, solve
 from tlpsim.loads.bem.wamit_test07 import wamit_test07
 from tlpsim.loads.errors import ScenarioError
 

@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tlpsim.loads.bem.discretization import discretize, rigid_modes
 from tlpsim.loads.bem.hulls import cylinder, hemisphere
 from tlpsim.loads.bem.mesh import Mesh
-from tlpsim.loads.bem.solver import discretize, rigid_modes, solve
+from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.bem.surface import displacement, hull_surface, surface_fields
 from tlpsim.loads.errors import ScenarioError
 
