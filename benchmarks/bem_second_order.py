@@ -14,9 +14,11 @@ from report import Row, at_most, main
 from scipy import special
 
 from tlpsim.loads.bem.control_surface import control_surface
+from tlpsim.loads.bem.convergence import limit
 from tlpsim.loads.bem.discretization import Discretization, discretize
 from tlpsim.loads.bem.drift_damping import wave_drift_damping
 from tlpsim.loads.bem.hulls import box, cylinder, hemisphere, issc_hull, lid, tlp
+from tlpsim.loads.bem.near_field import near_field_drift
 from tlpsim.loads.bem.quadratic import FORMS, newman, quadratic_part
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
 from tlpsim.loads.bem.solver import solve
@@ -108,6 +110,37 @@ def tlp_drift(quick: bool) -> list[Row]:
     return rows
 
 
+def tlp_drift_extrapolated(quick: bool) -> list[Row]:
+    """Pressure on the hull and far field, each extrapolated from this mesh and one of panels twice as large."""
+    headings = np.radians([0.0, 22.5, 45.0])
+    found: dict[bool, list[list[FloatArray]]] = {True: [], False: []}
+    count = 0
+    for coarse in (False, True):
+        mesh = tlp(issc_hull(), 4.0 if quick else 2.4, coarse=coarse)
+        body = discretize(mesh, DEPTH, lid(mesh, 2))
+        count = count or mesh.panel_count
+        for free, results in found.items():
+            pressure, far = [], []
+            for period in (10.0, 15.0) if quick else (8.0, 10.0, 12.0, 15.0):
+                solution = solve(body, 2.0 * np.pi / period, headings, 1.0, 9.80665)
+                still = np.zeros((len(headings), 6), dtype=np.complex128)
+                motion = response_amplitudes(solution, *issc_mass()) if free else still
+                pressure.append(near_field_drift(body, solution, motion, "pressure")[:, [0, 1, 5]])
+                far.append(mean_drift(body, solution, motion))
+            results.append([np.array(pressure), np.array(far)])
+    rows = []
+    for free, (fine, rough) in found.items():
+        pressure, far = (limit(a, b).value for a, b in zip(fine, rough, strict=True))
+        error = np.max(np.abs(pressure - far), axis=(0, 1)) / np.max(np.abs(far), axis=(0, 1))
+        text = f"{'moving' if free else 'fixed'} ISSC TLP, {count} panels extrapolated"
+        names = ("surge", "sway", "yaw")
+        rows += [
+            at_most(f"{text}: {name}, pressure against far field", 100.0 * float(value), 2.0, "%")
+            for name, value in zip(names, error, strict=True)
+        ]
+    return rows
+
+
 def cylinder_drift(quick: bool) -> list[Row]:
     """A deep fixed cylinder: the series for the mean drift, by the phases of MacCamy and Fuchs."""
     mesh = cylinder(1.0, 5.0, 10, 20, 5)
@@ -189,5 +222,13 @@ def drift_damping(quick: bool) -> list[Row]:
 if __name__ == "__main__":
     main(
         "Second-order wave loads",
-        [hemisphere_drift, tlp_drift, cylinder_drift, sharp_edges, transfer_function, drift_damping],
+        [
+            hemisphere_drift,
+            tlp_drift,
+            tlp_drift_extrapolated,
+            cylinder_drift,
+            sharp_edges,
+            transfer_function,
+            drift_damping,
+        ],
     )
