@@ -37,7 +37,7 @@ from tlpsim.loads import issc_tlp  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
 from tlpsim.loads.checks import entry  # noqa: E402
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM, SEA_WATER_DENSITY  # noqa: E402
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM, MORISON, SEA_WATER_DENSITY  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.hydro.diffraction import require_site  # noqa: E402
 from tlpsim.loads.hydro.radiation import ConvolutionMemory, Radiation, convolution_memory, radiation  # noqa: E402
@@ -58,7 +58,7 @@ _BODY = issc_tlp.body()
 _LOADS = ("wind_force.*", "wave_force.*", "external_force.*", "tendon_intact[[]*")
 _FORCE, _MOTION = ("N", "N.m"), ("m", "rad")
 _STATE = tuple(each.name for each in dataclasses.fields(PlatformState))
-MORISON, NO_RADIATION = "morison", "none"
+NO_RADIATION = "none"
 MEMORY: Mapping[str, Callable[[Radiation], ConvolutionMemory | StateSpaceMemory] | None] = {
     "convolution": convolution_memory,
     "state_space": state_space_memory,

@@ -15,7 +15,7 @@ from tlpsim.fmus.version import built_version  # noqa: E402
 
 built_version(Path(__file__).parent)  # before the imports that another version may not have
 
-from collections.abc import Callable  # noqa: E402
+from collections.abc import Callable, Mapping  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -33,12 +33,12 @@ from tlpsim.fmus.component import (  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
-from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY  # noqa: E402
+from tlpsim.loads.constants import MORISON, SEA_WATER_DENSITY, STANDARD_GRAVITY  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.filters.arma import Orders  # noqa: E402
 from tlpsim.loads.filters.process import ProcessState  # noqa: E402
 from tlpsim.loads.hydro.diffraction import band_of_energy, excitation, require_coverage, require_site  # noqa: E402
-from tlpsim.loads.hydro.drift import drift_spectrum, newman_kernel  # noqa: E402
+from tlpsim.loads.hydro.drift import mean_drift_force  # noqa: E402
 from tlpsim.loads.hydro.excitation import WaveLoads, mean_current_force  # noqa: E402
 from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
 from tlpsim.loads.hydro.morison import Members  # noqa: E402
@@ -56,8 +56,7 @@ from tlpsim.loads.waves.field import calm_water, wave_components  # noqa: E402
 from tlpsim.loads.waves.sea import Sea, SeaState  # noqa: E402
 from tlpsim.loads.waves.spectra import SpectrumTable  # noqa: E402
 
-MORISON, NONE = "morison", "none"
-DRIFTS = {"newman": "arithmetic", "newman_geometric": "geometric", NONE: "arithmetic"}
+DRIFTS: Mapping[str, str | None] = {"newman": "arithmetic", "newman_geometric": "geometric", "none": None}
 """Values of the parameter `drift`, and the mean that each takes."""
 DRIFT_REACH = 150.0
 """m, least reach of the kernels: quadratic filters of drift swing faster over frequency than forces do."""
@@ -72,8 +71,8 @@ def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
     splash = parameter("splash") and parameter("significant_height") > 0.0
     doppler = parameter("doppler") and current is not None
     drift = None
-    if database is not None and parameter("drift") != NONE:
-        drift = newman_filters(database, sea_in_current(sea, current) if doppler and current else sea, _mean(parameter))
+    if database is not None and (mean := _mean(parameter)) is not None:
+        drift = newman_filters(database, sea_in_current(sea, current) if doppler and current else sea, mean)
     return WaveLoads(
         sea=sea,
         members=members,
@@ -89,8 +88,8 @@ def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
     )
 
 
-def _mean(parameter: Callable[[str], Any]) -> str:
-    """Which of Newman's means the parameter `drift` names."""
+def _mean(parameter: Callable[[str], Any]) -> str | None:
+    """Which of Newman's means the parameter `drift` names; None for no slow drift."""
     name = parameter("drift")
     if name not in DRIFTS:
         raise ScenarioError(f"parameter drift is {name!r}; it must be one of {', '.join(DRIFTS)}")
@@ -130,8 +129,8 @@ def mean_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
     """Drag of the current in calm water and mean drift, (6,) N, N·m, from the FMU's parameters."""
     current, database = _current(parameter), _database(parameter)
     force = mean_current_force(_members(parameter), current=current, water_density=parameter("water_density"))
-    if database is not None and parameter("drift") != NONE:
-        force = force + drift_spectrum(newman_kernel(database, _mean(parameter)), _state(parameter)).mean
+    if database is not None and _mean(parameter) is not None:
+        force = force + mean_drift_force(database, _state(parameter))
     return force
 
 

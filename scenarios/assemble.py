@@ -25,14 +25,14 @@ from tlpsim.fmus.build import built_in
 from tlpsim.fmus.component import Component as Fmi
 from tlpsim.fmus.tables import record_to_json
 from tlpsim.loads import issc_tlp
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM, MORISON
 from tlpsim.loads.errors import SolverError, TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
 from tlpsim.scenarios.schema import Scenario, Wire
-from tlpsim.scenarios.sections import BUILTIN, MORISON
+from tlpsim.scenarios.sections import BUILTIN
 from tlpsim.scenarios.sections import Component as Entry
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
         # Wherever the platform starts: a poor fit of the gusts or of the elevation warns before the run.
         wind, _ = wind_loads(scenario), wave_loads(scenario)
         if scenario.simulation.start == "equilibrium":
-            _start_in_equilibrium(scenario, parameters, wind)
+            start_in_equilibrium(scenario, parameters, wind)
         system = System(
             components=tuple(
                 Component(
@@ -265,7 +265,7 @@ def _platform(scenario: Scenario) -> Parameters:
 STANDARD: Mapping[str, Callable[[Scenario], Parameters]] = {"wind": _wind, "wave": _wave, "platform": _platform}
 
 
-def _standard(scenario: Scenario, name: str) -> Parameters:
+def standard_parameters(scenario: Scenario, name: str) -> Parameters:
     """Parameters that the scenario's sections give a component, by the FMU's own names."""
     if name not in STANDARD:
         return {}
@@ -275,13 +275,13 @@ def _standard(scenario: Scenario, name: str) -> Parameters:
 
 def _parameters(scenario: Scenario, name: str, instance: FmuInstance) -> Parameters:
     entry = scenario.components[name]
-    standard = _standard(scenario, name)
+    standard = standard_parameters(scenario, name)
     if not entry.fmu.startswith(BUILTIN):
         standard = {key: value for key, value in standard.items() if key in instance.variables}
     return standard | {entry.own_name(key): value for key, value in entry.parameters.items()}
 
 
-def _values(component: type[Fmi], parameters: Parameters) -> Callable[[str], Any]:
+def parameter_values(component: type[Fmi], parameters: Parameters) -> Callable[[str], Any]:
     """Parameter values of a built-in component by name, with its own defaults."""
     defaults = {variable.name: variable.start for variable in component.table}
     return (defaults | parameters).__getitem__
@@ -305,8 +305,8 @@ def wind_loads(scenario: Scenario) -> WindLoads | None:
     from tlpsim.fmus.wind_fmu import TlpsimWind, wind_model
 
     entry = scenario.components["wind"]
-    with _blamed_on("wind"):
-        return wind_model(_values(TlpsimWind, _standard(scenario, "wind") | entry.parameters))
+    with blamed_on("wind"):
+        return wind_model(parameter_values(TlpsimWind, standard_parameters(scenario, "wind") | entry.parameters))
 
 
 def wave_loads(scenario: Scenario) -> WaveLoads | None:
@@ -327,12 +327,12 @@ def wave_loads(scenario: Scenario) -> WaveLoads | None:
     from tlpsim.fmus.wave_fmu import TlpsimWave, wave_model
 
     entry = scenario.components["wave"]
-    with _blamed_on("wave"):
-        return wave_model(_values(TlpsimWave, _standard(scenario, "wave") | entry.parameters))
+    with blamed_on("wave"):
+        return wave_model(parameter_values(TlpsimWave, standard_parameters(scenario, "wave") | entry.parameters))
 
 
 def _warn_of_left_out(scenario: Scenario, name: str, instance: FmuInstance) -> None:
-    missing = [key for key in _standard(scenario, name) if key not in instance.variables]
+    missing = [key for key in standard_parameters(scenario, name) if key not in instance.variables]
     if missing:
         warnings.warn(f"{name}: the FMU has no parameters {', '.join(missing)}; its own values hold", stacklevel=3)
 
@@ -340,7 +340,7 @@ def _warn_of_left_out(scenario: Scenario, name: str, instance: FmuInstance) -> N
 # Start in equilibrium
 
 
-def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters], wind: WindLoads | None) -> None:
+def start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters], wind: WindLoads | None) -> None:
     """Give the platform the position in which mean wind, current, drift and tethers balance.
 
     Only this project's own FMUs are looked into; where the platform is another one, it starts as it will.
@@ -357,10 +357,10 @@ def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameter
     if wind is not None:
         force += wind.mean_force()
     if _is_own(scenario, "wave"):
-        with _blamed_on("wave"):
-            force += mean_force(_values(TlpsimWave, parameters["wave"]))
-    with _blamed_on("platform"):
-        model = platform_model(_values(TlpsimPlatform, parameters["platform"]))
+        with blamed_on("wave"):
+            force += mean_force(parameter_values(TlpsimWave, parameters["wave"]))
+    with blamed_on("platform"):
+        model = platform_model(parameter_values(TlpsimPlatform, parameters["platform"]))
     try:
         position = static_equilibrium(model, force)
     except SolverError as error:
@@ -371,7 +371,7 @@ def _start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameter
 
 
 @contextmanager
-def _blamed_on(name: str) -> Iterator[None]:
+def blamed_on(name: str) -> Iterator[None]:
     """Name the component whose parameters an error is about."""
     try:
         yield

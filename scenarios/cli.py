@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -74,12 +76,9 @@ def run(
     from tlpsim.scenarios.run import run_scenario
 
     chosen = _load(scenario, duration, seed, settings)
-    try:
-        with progress_bar(chosen.simulation.duration) as progress:
-            results = run_scenario(chosen, output, observers=[progress], monolithic=monolithic)
-    except KeyboardInterrupt:
-        typer.echo(f"tlpsim: interrupted; the samples so far are in {output}.part", err=True)
-        raise typer.Exit(130) from None
+    told = f"interrupted; the samples so far are in {output}.part"
+    with _interruptible(told), progress_bar(chosen.simulation.duration) as progress:
+        results = run_scenario(chosen, output, observers=[progress], monolithic=monolithic)
     print_summary(results)
     typer.echo(f"results: {output}{' (monolithic)' if monolithic else ''}")
 
@@ -116,40 +115,26 @@ def bem(
     ] = None,
 ) -> None:
     """Radiation, diffraction and mean drift of a hull by boundary elements, into a hydrodynamic database."""
-    try:
-        _bem(hull, output, (omega, headings, depth, rho, gravity), (lid, vertical_drift), panel, symmetry)
-    except KeyboardInterrupt:
-        typer.echo("tlpsim: interrupted; nothing was written", err=True)
-        raise typer.Exit(130) from None
+    with _interruptible("interrupted; nothing was written"):
+        from tlpsim.scenarios.hull import read_hull
+        from tlpsim.scenarios.hydro import (
+            make_problem,
+            print_database,
+            quantity,
+            require_writable,
+            solved,
+            write_output,
+        )
+        from tlpsim.scenarios.quantities import LENGTH
 
-
-def _bem(
-    hull: Path,
-    output: Path,
-    texts: tuple[str, str, str, str, str],
-    choices: tuple[bool, bool],
-    panel: str | None,
-    symmetry: str | None,
-) -> None:
-    from tlpsim.scenarios.hull import read_hull
-    from tlpsim.scenarios.hydro import (
-        make_problem,
-        print_database,
-        quantity,
-        require_writable,
-        solved,
-        write_output,
-    )
-    from tlpsim.scenarios.quantities import LENGTH
-
-    require_writable(output)
-    read = read_hull(hull, None if panel is None else quantity(panel, "--panel", LENGTH), symmetry)
-    problem, found = make_problem(read, *texts, *choices)
-    for text in found:
-        _show_warning(text)
-    database, from_cache = solved(problem)
-    paths = write_output(database, output)
-    print_database(database)
+        require_writable(output)
+        read = read_hull(hull, None if panel is None else quantity(panel, "--panel", LENGTH), symmetry)
+        problem, found = make_problem(read, omega, headings, depth, rho, gravity, lid, vertical_drift)
+        for text in found:
+            _show_warning(text)
+        database, from_cache = solved(problem)
+        paths = write_output(database, output)
+        print_database(database)
     if from_cache:
         typer.echo("from the cache: this problem was solved before")
     typer.echo("database: " + ", ".join(str(path) for path in paths))
@@ -224,11 +209,18 @@ def _hydro_figures(folder: Path, database: Path | None) -> None:
     from tlpsim.loads.bem.database import read
     from tlpsim.scenarios.hydro_figures import draw_hydrodynamics, reference_database
 
-    try:
+    with _interruptible("interrupted"):
         for path in draw_hydrodynamics(folder, read(database) if database else reference_database()):
             typer.echo(path)
+
+
+@contextmanager
+def _interruptible(told: str) -> Iterator[None]:
+    """On Ctrl-C, tell so and leave with the exit code of an interrupt."""
+    try:
+        yield
     except KeyboardInterrupt:
-        typer.echo("tlpsim: interrupted", err=True)
+        typer.echo(f"tlpsim: {told}", err=True)
         raise typer.Exit(130) from None
 
 

@@ -19,10 +19,22 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, Field, ValidationError, create_model, model_validator
 
 from tlpsim.loads.bem import hulls
-from tlpsim.loads.bem.hydrostatics import hydrostatics, mass_matrix, weight_stiffness
-from tlpsim.loads.bem.mesh import Mesh, check, panels, read_gdf, read_nemoh, read_stl, volumes, waterline_loops, whole
+from tlpsim.loads.bem.hydrostatics import hydrostatics, weight_stiffness
+from tlpsim.loads.bem.mesh import (
+    Mesh,
+    faults,
+    flaws,
+    panels,
+    read_gdf,
+    read_nemoh,
+    read_stl,
+    volumes,
+    waterline_loops,
+    whole,
+)
 from tlpsim.loads.bem.semisubmersible import SemisubmersibleHull, semisubmersible
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.rigid_body import mass_matrix
 from tlpsim.scenarios.problems import Location, Source, nearest, problem, scenario_error
 from tlpsim.scenarios.quantities import MASS, Length, PositiveLength
 from tlpsim.scenarios.reading import read_toml
@@ -30,12 +42,9 @@ from tlpsim.scenarios.sections import Section
 
 FloatArray = NDArray[np.float64]
 
-LID_RINGS = 2
 _SYMMETRY_TOLERANCE = 1e-3
 _WEIGHT_TOLERANCE = 0.02
 _LID_TOLERANCE = 0.02
-# Findings of `mesh.check` that a solution survives: gaps without volume, and panels large against the shortest wave.
-_TOLERABLE = ("join no other panel", "largest panel diagonal")
 
 Mass = Annotated[float, BeforeValidator(MASS.parse), Field(gt=0)]
 Matrix = tuple[tuple[float, ...], ...]
@@ -281,7 +290,7 @@ def lid_of(mesh: Mesh) -> Mesh | None:
     """Lid on the water planes of a mesh; None where there is none, or one is not star-shaped or has a hole in it."""
     if len(waterline_loops(mesh)) == 0:
         return None
-    lid = hulls.lid(mesh, LID_RINGS)
+    lid = hulls.lid(mesh)
     covered = float(np.sum(panels(whole(lid)).area)) / hulls.LID_REACH**2
     area = hydrostatics(mesh).waterplane_area
     return lid if abs(covered - area) < _LID_TOLERANCE * area else None
@@ -347,10 +356,9 @@ def checked(hull: Hull, shortest_wave: float, density: float) -> list[str]:
     ScenarioError
         If the mesh is broken; the message has the remedies.
     """
-    findings = check(hull.mesh, shortest_wave)
-    broken = [text for text in findings if not any(phrase in text for phrase in _TOLERABLE)]
-    if broken:
+    if broken := faults(hull.mesh):
         raise ScenarioError("; and ".join(broken))
+    findings = flaws(hull.mesh, shortest_wave)
     if hull.body is not None:
         displaced = density * float(np.mean(volumes(hull.mesh)))
         held = bool(np.any(hull.body.stiffness))

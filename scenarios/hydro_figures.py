@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase, cached
 from tlpsim.loads.bem.mesh import panels, waterline_loops, whole
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.scenarios.hull import read_hull
 from tlpsim.scenarios.hydro import frequency_bar, make_problem
@@ -191,7 +191,7 @@ def _wave_figure(
 def drift_figure(database: HydrodynamicDatabase) -> Figure:
     """Mean drift force and moment per amplitude squared for each heading."""
     count = database.mean_drift.shape[2]
-    modes = range(6) if count == 6 else (0, 1, 5)
+    modes = range(6) if count == 6 else HORIZONTAL
     figure = Figure(figsize=(14.0, 4.6 * (count // 3)), layout="constrained", dpi=110)
     grid = figure.subplots(count // 3, 3, sharex=True, squeeze=False)
     largest = [float(np.nanmax(np.abs(database.mean_drift[..., [k]]), initial=0.0)) for k in range(count)]

@@ -1,9 +1,8 @@
 """A scenario without FMUs: the models of the built-in components in one loop, `tlpsim run --monolithic`.
 
 The loop is that of `tlpsim.loads.simulation`: it takes the smallest of the components' steps, and the forces of wind
-and
-waves at the platform's own position and velocity. `[coupling]`, `inputs_at` and the filters of connections have no
-effect in it. Seeds, models, and the names, units and times of the outputs are those of the co-simulation of the same
+and waves at the platform's own position and velocity. `[coupling]`, `inputs_at` and the filters of connections have
+no effect in it. Seeds, models, and the names, units and times of the outputs are those of the co-simulation of the same
 scenario, so that the difference of two results files is the error of the coupling.
 """
 
@@ -33,10 +32,10 @@ from tlpsim.orchestrator.instance import PythonInstance, Variable, checked_param
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import Component, System
 from tlpsim.scenarios.assemble import (
-    _blamed_on,
-    _standard,
-    _start_in_equilibrium,
-    _values,
+    blamed_on,
+    parameter_values,
+    standard_parameters,
+    start_in_equilibrium,
     wave_loads,
     wind_loads,
 )
@@ -139,14 +138,14 @@ def twin(scenario: Scenario) -> Twin:
     """
     _require_standard(scenario)
     parameters = {
-        name: _standard(scenario, name) | checked_parameters(name, _variables(name), entry.parameters)
+        name: standard_parameters(scenario, name) | checked_parameters(name, _variables(name), entry.parameters)
         for name, entry in scenario.components.items()
     }
     wind, waves = wind_loads(scenario), wave_loads(scenario)
     if scenario.simulation.start == "equilibrium":
-        _start_in_equilibrium(scenario, parameters, wind)
-    value = _values(TlpsimPlatform, parameters["platform"])
-    with _blamed_on("platform"):
+        start_in_equilibrium(scenario, parameters, wind)
+    value = parameter_values(TlpsimPlatform, parameters["platform"])
+    with blamed_on("platform"):
         platform = platform_model(value)
     count = len(platform.tendons.pretension)
     given = [prefix for prefix in _LOADS if _SOURCES[prefix] not in scenario.components]

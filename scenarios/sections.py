@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from tlpsim.loads.constants import MORISON
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.scenarios.problems import nearest, problem
 from tlpsim.scenarios.quantities import (
@@ -39,7 +40,6 @@ BUILTIN_COMPONENTS = ("wind", "wave", "platform")
 LARGEST_SEED = 2**31 - 1  # an FMI Integer is a signed 32-bit number
 # Depth of the deepest part of each hull below the mean water level, m.
 DRAFT = {"issc_tlp": 35.0}
-MORISON = "morison"  # inertia force on members and constant added mass, instead of a hydrodynamic database
 
 Filter = Literal["hold", "linear", "cubic", "quintic", "six_point", "kaiser", "optimal"]
 Extrapolation = Literal["hold", "linear", "quadratic", "derivatives"]

@@ -18,11 +18,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.spatial import cKDTree
 
 from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.field_points import field
+from tlpsim.loads.bem.mesh import connected, loop_centroid
 from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.errors import ScenarioError
 
@@ -41,7 +40,6 @@ _HARMONICS = 4  # points around for every length of the gap between body and sur
 _FEWEST_DEEP = 10
 _FEWEST_OUT = 7
 _SAMPLES = 256  # of a piece of the waterline, to find the corners of its part of the water
-_JOINED = 1e-4  # of a piece's length, from one piece's end to the next one's start
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,9 +225,10 @@ def _water(
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Points between waterlines and circle, points to take the field at, their share, pieces, and areas, eq. (1)."""
     start, end = (line.middle + sign * 0.5 * line.step for sign in (-1.0, 1.0))
-    loop = _loops(start, end)
+    edges = np.stack([start, end], axis=1)
+    loop = connected(edges[:, :, :2])
     count = int(loop.max()) + 1
-    centre = np.stack([_centroid(start[loop == k, :2], end[loop == k, :2]) for k in range(count)])
+    centre = np.stack([loop_centroid(edges[loop == k]) for k in range(count)])
     reach = np.array([float(np.max(np.linalg.norm(start[loop == k, :2] - centre[k], axis=1))) for k in range(count)])
     fewest = max(_FEWEST_AROUND, 2.0 * np.pi * outer / count * waves) / float(np.min(np.bincount(loop)))
     fine = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
@@ -261,19 +260,6 @@ def _water(
         )
     ]
     return points[0], points[1], near.ravel(), piece.ravel(), area.ravel()
-
-
-def _loops(start: FloatArray, end: FloatArray) -> NDArray[np.int64]:
-    """Number of the closed loop that each piece belongs to."""
-    tolerance = _JOINED * float(np.min(np.linalg.norm(end - start, axis=1)))
-    pairs = cKDTree(np.concatenate([start, end])).query_pairs(tolerance, output_type="ndarray") % len(start)
-    graph = sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(start),) * 2)
-    return np.asarray(sparse.csgraph.connected_components(graph, directed=False)[1], dtype=np.int64)
-
-
-def _centroid(start: FloatArray, end: FloatArray) -> FloatArray:
-    twice = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
-    return np.asarray(np.sum((start + end) * twice[:, None], axis=0) / (3.0 * np.sum(twice)))
 
 
 def _circle_limit(centre: FloatArray, ray: FloatArray, radius: float) -> FloatArray:

@@ -11,10 +11,8 @@ bar (`tlpsim.loads.bem.convergence`); motions and drift are extrapolated from wh
 from __future__ import annotations
 
 import hashlib
-import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
@@ -32,8 +30,11 @@ from tlpsim.loads.bem.mesh import Mesh
 from tlpsim.loads.bem.near_field import near_field_drift
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
 from tlpsim.loads.bem.solver import Solution, added_mass_limit, solve
+from tlpsim.loads.bem.surface import Hull, hull_surface
+from tlpsim.loads.checks import require_positive
+from tlpsim.loads.constants import STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive
+from tlpsim.loads.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -242,10 +243,11 @@ def compute(problem: Problem, progress: Callable[[int, int], None] = lambda done
     bodies = [discretize(problem.mesh, problem.depth, problem.lid)]
     if problem.coarse is not None:
         bodies.append(discretize(problem.coarse, problem.depth, problem.coarse_lid))
+    surfaces = [hull_surface(body) if problem.vertical_drift else None for body in bodies]
     solved: list[list[_AtFrequency]] = [[] for _ in bodies]
     for index, value in enumerate(omega):
-        for body, results in zip(bodies, solved, strict=True):
-            results.append(_at_frequency(problem, body, float(value)))
+        for body, surface, results in zip(bodies, surfaces, solved, strict=True):
+            results.append(_at_frequency(problem, body, surface, float(value)))
         progress(index + 1, len(omega))
     content, *coarse = (_coefficients(problem, *pair) for pair in zip(bodies, solved, strict=True))
     error: dict[str, FloatArray] = {}
@@ -288,13 +290,15 @@ class _AtFrequency(NamedTuple):
     drift: FloatArray
 
 
-def _at_frequency(problem: Problem, body: Discretization, omega: float) -> _AtFrequency:
+def _at_frequency(problem: Problem, body: Discretization, surface: Hull | None, omega: float) -> _AtFrequency:
     solution = solve(body, omega, problem.heading, problem.density, problem.gravity)
     motion = np.zeros((len(solution.headings), 6), dtype=np.complex128)
     if problem.mass is not None and problem.stiffness is not None:
         motion = response_amplitudes(solution, problem.mass, problem.stiffness)
-    by = near_field_drift if problem.vertical_drift else mean_drift
-    drift = np.asarray(by(body, solution, motion))
+    if problem.vertical_drift:
+        drift = near_field_drift(body, solution, motion, hull=surface)
+    else:
+        drift = mean_drift(body, solution, motion)
     nothing = np.zeros(0, dtype=np.complex128)
     light = replace(solution, radiation=nothing, diffraction=nothing)  # potentials are not kept
     return _AtFrequency(solution=light, motion=motion, drift=drift)
@@ -323,18 +327,8 @@ def write(database: HydrodynamicDatabase, path: str | Path) -> None:
     ScenarioError
         If the file cannot be written.
     """
-    target = Path(path)
-    part = target.with_name(f"{target.name}.{os.getpid()}.part")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with h5py.File(part, "w") as file:
-            _fill(file, database)
-        part.replace(target)  # a reader never sees half a file
-    except OSError as error:
-        raise ScenarioError(f"{path}: the database cannot be written ({error}); name another file") from error
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+    with whole_file(path, "the database") as part, h5py.File(part, "w") as file:
+        _fill(file, database)
 
 
 def _fill(file: h5py.File, database: HydrodynamicDatabase) -> None:

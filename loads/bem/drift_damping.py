@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
+from tlpsim.loads.checks import require_positive
+from tlpsim.loads.constants import STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive
 
 FloatArray = NDArray[np.float64]
 

@@ -34,6 +34,7 @@ from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.green import bottom_wave, deep_table, deep_wave, finite_table
 from tlpsim.loads.bem.incident import depth_function
 from tlpsim.loads.bem.rankine import panel_integrals
+from tlpsim.loads.bem.response import total_potential
 from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.errors import ScenarioError
 
@@ -252,25 +253,6 @@ def incident_field(
     value = wave * shape[:, :1]
     horizontal = -1j * wavenumber * value[..., None] * along.T
     return value, np.concatenate([horizontal, (wavenumber * wave * shape[:, 1:])[..., None]], axis=-1)
-
-
-def total_potential(
-    discretization: Discretization, solution: Solution, motion: ArrayLike
-) -> tuple[ComplexArray, ComplexArray]:
-    """Potential and normal velocity (images, panels, headings) on the hull that moves by `motion` (headings, modes).
-
-    Raises
-    ------
-    ScenarioError
-        If there is not one motion for every heading and mode.
-    """
-    amplitudes = np.asarray(motion, dtype=np.complex128)
-    wanted = (len(solution.headings), solution.radiation.shape[2])
-    if amplitudes.shape != wanted:
-        raise ScenarioError(f"motion has shape {amplitudes.shape}; (headings, modes) = {wanted} is needed")
-    velocity = 1j * solution.omega * amplitudes
-    potential = solution.diffraction + np.einsum("spj,hj->sph", solution.radiation, velocity)
-    return potential, np.einsum("spj,hj->sph", discretization.modes, velocity)
 
 
 def field(discretization: Discretization, solution: Solution, motion: ArrayLike, points: ArrayLike) -> FieldValues:

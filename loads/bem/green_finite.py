@@ -38,8 +38,10 @@ from tlpsim.loads.bem.green_polynomials import (
     power_basis,
     tensor_lanes,
 )
+from tlpsim.loads.checks import require_positive
+from tlpsim.loads.constants import STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive, wavenumber
+from tlpsim.loads.waves.airy import wavenumber
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -16,14 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from tlpsim.loads.bem.mesh import Mesh, volumes, waterline_loops
-from tlpsim.loads.waves.airy import require_positive
+from tlpsim.loads.bem.mesh import Mesh, joined_loops, loop_centroid, turned_round, volumes, waterline_loops
+from tlpsim.loads.checks import require_positive
 
 FloatArray = NDArray[np.float64]
 _FIXED_POINT_STEPS = 30
 
 LID_REACH = 0.7
 """Part of the way from the centroid of a water plane to its rim that a lid covers."""
+LID_RINGS = 2
+"""Rings of panels of a lid."""
 
 
 def clustered(count: int) -> FloatArray:
@@ -182,9 +184,7 @@ def tlp(hull: TlpHull, panel: float, proportions: Proportions = STANDARD, coarse
         patch(lift(lines[::-1], top)),
     ]
     octant = np.concatenate(parts)
-    mirrored = np.where(
-        np.all(octant[:, 2] == octant[:, 3], axis=1)[:, None, None], octant[:, [1, 0, 2, 2]], octant[:, [0, 3, 2, 1]]
-    )[..., [1, 0, 2]]
+    mirrored = turned_round(octant)[..., [1, 0, 2]]
     return Mesh(name="tlp", vertices=np.concatenate([octant, mirrored]), planes=("x", "y"))
 
 
@@ -208,22 +208,21 @@ def polygon_radius(radius: float, steps: FloatArray, angle: float) -> float:
     return float(radius * np.sqrt(angle / np.sum(np.sin(steps))))
 
 
-def lid(mesh: Mesh, rings: int) -> Mesh:
+def lid(mesh: Mesh, rings: int = LID_RINGS) -> Mesh:
     """Panels on the water plane inside a hull, against irregular frequencies; normals upwards.
 
     Each closed loop of the waterline, completed by the planes of symmetry, is filled from its centroid by `rings`
     rings out to `LID_REACH` of the way, so that loops must be star-shaped about their centroid. The rim is left out
     since there the lid would disturb the panels of the waterline, and an absorbing lid need not cover all.
     """
-    edges = waterline_loops(mesh)
     parts = []
-    for loop in joined_loops(edges):
+    for loop in joined_loops(waterline_loops(mesh)):
         points = loop[:, :, :2].reshape(-1, 2)
         centre = np.zeros(2)
         for axis, plane in enumerate(("x", "y")):
             # A loop that ends on a plane of symmetry goes on behind it: its centre lies on that plane.
             crosses = plane in mesh.planes and np.min(np.abs(points[:, axis])) < 1e-6 * np.max(np.abs(points))
-            centre[axis] = 0.0 if crosses else _centroid(loop[:, :, :2])[axis]
+            centre[axis] = 0.0 if crosses else loop_centroid(loop)[axis]
         nodes = LID_REACH * (1.0 - np.linspace(0.0, 1.0, rings + 1))
         for start, end in loop[:, :, :2]:
             rays = np.stack([centre + nodes[:, None] * (start - centre), centre + nodes[:, None] * (end - centre)], 1)
@@ -234,40 +233,7 @@ def lid(mesh: Mesh, rings: int) -> Mesh:
 def _upward(quads: FloatArray) -> FloatArray:
     a, b, c, d = np.moveaxis(quads, 1, 0)
     down = (np.cross(c - a, d - b))[:, 2] < 0.0
-    turned = np.where(
-        np.all(quads[:, 2] == quads[:, 3], axis=1)[:, None, None], quads[:, [1, 0, 2, 2]], quads[:, [0, 3, 2, 1]]
-    )
-    return np.where(down[:, None, None], turned, quads)
-
-
-def _centroid(edges: FloatArray) -> FloatArray:
-    """Area centroid (2,) of a closed loop of edges (m, 2, 2)."""
-    a, b = edges[:, 0], edges[:, 1]
-    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return np.sum((a + b) * twice[:, None], axis=0) / (3.0 * np.sum(twice))
-
-
-def joined_loops(edges: FloatArray) -> list[FloatArray]:
-    """Connected chains of edges (m, 2, 3)."""
-    if not len(edges):
-        return []
-    scale = float(np.max(np.abs(edges))) or 1.0
-    keys = np.round(edges[:, :, :2] / (1e-6 * scale)).astype(np.int64)
-    label = np.arange(len(edges))
-    ends: dict[tuple[int, int], list[int]] = {}
-    for index, pair in enumerate(keys):
-        for key in pair:
-            ends.setdefault((int(key[0]), int(key[1])), []).append(index)
-    changed = True
-    while changed:
-        changed = False
-        for members in ends.values():
-            lowest = min(label[m] for m in members)
-            for m in members:
-                if label[m] != lowest:
-                    label[m] = lowest
-                    changed = True
-    return [edges[label == value] for value in np.unique(label)]
+    return np.where(down[:, None, None], turned_round(quads), quads)
 
 
 def even_count(length: float, panel: float, coarse: bool = False) -> int:

@@ -1,4 +1,4 @@
-"""Hydrostatics of a panelled hull, and the mass and weight of the body that floats in it.
+"""Hydrostatics of a panelled hull, and the weight of the body that floats in it.
 
 All integrals run over the wetted hull S, normal n out of the body; by Gauss' theorem they stand for the volume and,
 with ∫ n_z over hull and water plane zero for any f(x, y), for the water plane A:
@@ -15,10 +15,7 @@ and of the weight of a mass m at x_g, y_g, z_g:
 
     C44 = C55 = -m g z_g,   C46 = m g x_g,   C56 = m g y_g                                               (4)
 
-Moments are about the point of the body that rests at the origin, along axes fixed in space. A mass m with inertia I
-about its centre c has
-
-    M = [[m 1, -m S(c)], [m S(c), I + m (c·c 1 - c cᵀ)]],    S(c) v = c × v                              (5)
+Moments are about the point of the body that rests at the origin, along axes fixed in space.
 """
 
 from __future__ import annotations
@@ -137,23 +134,3 @@ def weight_stiffness(mass: float, centre_of_gravity: ArrayLike, gravity: float =
     result[3, 3] = result[4, 4] = -z
     result[3, 5], result[4, 5] = x, y
     return mass * gravity * result
-
-
-def mass_matrix(mass: float, centre_of_gravity: ArrayLike, inertia: ArrayLike) -> FloatArray:
-    """Mass matrix (6, 6) about the origin, eq. (5).
-
-    Parameters
-    ----------
-    mass
-        kg.
-    centre_of_gravity
-        (3,) m.
-    inertia
-        (3, 3) kg m² about the centre of gravity.
-    """
-    centre = np.asarray(centre_of_gravity, dtype=np.float64)
-    x, y, z = centre
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    steiner = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
-    about_origin = np.asarray(inertia, dtype=np.float64) + steiner
-    return np.block([[mass * np.eye(3), -mass * cross], [mass * cross, about_origin]])

@@ -38,7 +38,6 @@ IntegerArray = NDArray[np.int64]
 FAST = {"nsz", "arcp", "contract", "afn", "reassoc"}  # without the assumption that nothing is NaN or infinite
 _TILE = 16
 _AXIS = 1e-5  # added to (K R)², so that directions exist on the axis; g changes by less
-_FIELD_ORDER = 2
 NEAR = 4.0  # panel diagonals from the image within which Gauss points are taken: 2 x 2 of the source
 NEXT = 1.0  # and 4 x 4
 
@@ -261,6 +260,7 @@ def add_near(  # type: ignore[no-untyped-def]
 def fill(
     panels: Panels,
     moments: FloatArray,
+    field: Quadrature,
     images: FloatArray,
     characters: FloatArray,
     fold: Fold,
@@ -275,6 +275,8 @@ def fill(
     ----------
     moments
         Second moments (n, 6) of the panels: xx, yy, zz, xy, xz, yz in m⁴.
+    field
+        Gauss points over which the field of near images is averaged.
     near
         Pairs with near images, of `near_pairs`.
     rankine
@@ -300,7 +302,6 @@ def fill(
 
     with ThreadPoolExecutor(max_workers=threads) as workers:
         list(workers.map(work, range(threads)))
-    field = quadrature(panels, _FIELD_ORDER)
     share = field.weights / panels.area[:, None]
     for group in near:
         points = (field.places, share, group.source.places, group.source.weights)

@@ -22,11 +22,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from tlpsim.loads.bem.hulls import joined_loops
-from tlpsim.loads.bem.mesh import Mesh, panels, waterline_loops, whole
+from tlpsim.loads.bem.mesh import Mesh, connected, joined_loops, panels, waterline_loops, whole
 from tlpsim.loads.checks import require_positive
 from tlpsim.loads.constants import STANDARD_GRAVITY
 
@@ -36,7 +33,6 @@ FIRST_ZERO = float(special.jn_zeros(0, 1)[0])
 """j01: the circular membrane of radius a has its lowest wavenumber at j01 / a."""
 
 _UPWARDS = 1e-3  # n_z from which a panel looks up; steeper walls count as upright
-_SAME_POINT = 1e-6  # of the body's extent
 
 
 def lowest_irregular_frequency(mesh: Mesh, gravity: float = STANDARD_GRAVITY) -> float:
@@ -81,14 +77,7 @@ def irregular_warning(mesh: Mesh, omega: ArrayLike, gravity: float = STANDARD_GR
 
 def _bodies(mesh: Mesh) -> list[Mesh]:
     """The connected parts of a mesh without planes of symmetry: panels that share a vertex belong together."""
-    points = mesh.vertices.reshape(-1, 3)
-    tolerance = _SAME_POINT * float(np.max(np.ptp(points, axis=0)))
-    _, vertex = np.unique(np.round(points / tolerance).astype(np.int64), axis=0, return_inverse=True)
-    panel = np.repeat(np.arange(len(mesh.vertices)), 4)
-    count = len(mesh.vertices)
-    size = count + int(np.max(vertex)) + 1
-    links = coo_array((np.ones(len(panel)), (panel, count + vertex.ravel())), shape=(size, size))
-    label = connected_components(links, directed=False)[1][:count]
+    label = connected(mesh.vertices)
     return [Mesh(name=mesh.name, vertices=mesh.vertices[label == body]) for body in np.unique(label)]
 
 

@@ -16,8 +16,6 @@ they are 96, which resolves exp(-i k b cos(β - β₀)) with b = 61 m up to k b 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -28,14 +26,13 @@ from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cached, rea
 from tlpsim.loads.bem.hulls import issc_hull, lid, tlp
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.issc_tlp import WATER_DEPTH
-from tlpsim.loads.platform.body import mass_matrix
 from tlpsim.loads.platform.motion import PlatformModel
+from tlpsim.loads.rigid_body import mass_matrix
 
 FloatArray = NDArray[np.float64]
 
 PANEL = 3.5
 """m, about the size of a panel."""
-LID_RINGS = 2
 LOWEST_FREQUENCY, JOINT_FREQUENCY, HIGHEST_FREQUENCY = 0.05, 1.13, 2.43
 """rad/s; the spacing is even in ω below the joint and even in k above."""
 FREQUENCY_STEP = 0.0225
@@ -67,21 +64,17 @@ def issc_problem(
     moored = PlatformModel(body=body, tendons=tendons)
     return Problem(
         mesh=mesh,
-        lid=lid(mesh, LID_RINGS),
+        lid=lid(mesh),
         coarse=coarse,
-        coarse_lid=lid(coarse, LID_RINGS),
+        coarse_lid=lid(coarse),
         omega=issc_frequencies(gravity),
         heading=HEADING_STEP * np.arange(round(0.25 * np.pi / HEADING_STEP) + 1),
         depth=depth,
         density=density,
         gravity=gravity,
-        mass=mass_matrix(replace(body, added_mass=np.zeros((6, 6)))),
+        mass=mass_matrix(body.mass, body.centre_of_gravity, body.inertia),
         stiffness=moored.stiffness,
     )
-
-
-def _silent(done: int, total: int) -> None:
-    pass
 
 
 @lru_cache(maxsize=8)
@@ -89,7 +82,6 @@ def issc_database(
     depth: float = WATER_DEPTH,
     density: float = SEA_WATER_DENSITY,
     gravity: float = STANDARD_GRAVITY,
-    progress: Callable[[int, int], None] = _silent,
 ) -> HydrodynamicDatabase:
     """Database of the ISSC TLP, read from the user's cache or computed, which takes some seconds.
 
@@ -101,15 +93,13 @@ def issc_database(
         Of the water, kg/m³.
     gravity
         In m/s².
-    progress
-        Called as `progress(done, total)` after each frequency.
 
     Raises
     ------
     ScenarioError
         If the hull reaches the bottom, or a number is not positive.
     """
-    return cached(issc_problem(depth, density, gravity), progress=progress)
+    return cached(issc_problem(depth, density, gravity))
 
 
 def database_by_name(name: str, depth: float, density: float, gravity: float) -> HydrodynamicDatabase:

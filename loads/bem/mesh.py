@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.spatial import cKDTree
 
 from tlpsim.loads.errors import ScenarioError
 
@@ -31,6 +33,7 @@ PLANES: dict[tuple[str, ...], FloatArray] = {
 
 _PANELS_PER_WAVELENGTH = 6.0
 _VOLUME_TOLERANCE = 5e-3
+_SAME_POINT = 1e-6  # of the extent of all
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,11 +110,12 @@ def whole(mesh: Mesh) -> Mesh:
     for sign_x, sign_y in mesh.images:
         image = mesh.vertices * np.array([sign_x, sign_y, 1.0])
         # A reflection turns the order of the vertices; a triangle keeps its repeated vertex last.
-        parts.append(image if sign_x * sign_y > 0 else _reversed(image))
+        parts.append(image if sign_x * sign_y > 0 else turned_round(image))
     return Mesh(name=mesh.name, vertices=np.concatenate(parts), planes=())
 
 
-def _reversed(vertices: FloatArray) -> FloatArray:
+def turned_round(vertices: FloatArray) -> FloatArray:
+    """Panels (n, 4, 3) with the order of their vertices, and so their normals, reversed; triangles stay ones."""
     triangle = np.all(vertices[:, 2] == vertices[:, 3], axis=1)
     return np.where(triangle[:, None, None], vertices[:, [1, 0, 2, 2]], vertices[:, [0, 3, 2, 1]])
 
@@ -148,8 +152,36 @@ def waterline_loops(mesh: Mesh, tolerance: float = 1e-6) -> FloatArray:
     return np.stack([start[keep], end[keep]], axis=1)
 
 
+def connected(places: FloatArray) -> NDArray[np.int64]:
+    """Number (m,) of the connected part that each of m pieces with k corners (m, k, d) belongs to.
+
+    Pieces that share a corner belong together, such as the panels of a body or the edges of a loop.
+    """
+    count, corners = places.shape[:2]
+    points = places.reshape(count * corners, -1)
+    tolerance = _SAME_POINT * float(np.max(np.ptp(points, axis=0)))
+    near = cKDTree(points).query_pairs(tolerance, output_type="ndarray") // corners
+    links = sparse.coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(count, count))
+    return np.asarray(sparse.csgraph.connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def joined_loops(edges: FloatArray) -> list[FloatArray]:
+    """Chains of edges (m, 2, 3) that are connected, by x and y of their ends."""
+    if not len(edges):
+        return []
+    number = connected(edges[:, :, :2])
+    return [edges[number == value] for value in range(int(number.max()) + 1)]
+
+
+def loop_centroid(edges: FloatArray) -> FloatArray:
+    """Area centroid (2,) of a closed loop of edges (m, 2, 3)."""
+    a, b = edges[:, 0, :2], edges[:, 1, :2]
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return np.asarray(np.sum((a + b) * twice[:, None], axis=0) / (3.0 * np.sum(twice)))
+
+
 def check(mesh: Mesh, shortest_wave: float = np.inf) -> list[str]:
-    """What is wrong with a mesh, each with its remedy; an empty list for a good one.
+    """What is wrong with a mesh, each with its remedy: `faults`, then `flaws`; an empty list for a good one.
 
     Parameters
     ----------
@@ -158,11 +190,14 @@ def check(mesh: Mesh, shortest_wave: float = np.inf) -> list[str]:
     shortest_wave
         Length of the shortest wave to be solved for, in m.
     """
-    complete = whole(mesh)
-    geometry = panels(complete)
+    return faults(mesh) + flaws(mesh, shortest_wave)
+
+
+def faults(mesh: Mesh) -> list[str]:
+    """What no solution survives, each with its remedy."""
     found: list[str] = []
     top = float(np.max(mesh.vertices[:, :, 2]))
-    extent = float(np.max(np.ptp(complete.vertices.reshape(-1, 3), axis=0)))
+    extent = _extent(mesh)
     if top > 1e-6 * extent:
         found.append(f"{mesh.name}: a vertex lies {top:.3g} m above the water; cut the mesh at z = 0")
     for axis, plane in enumerate(("x", "y")):
@@ -177,16 +212,27 @@ def check(mesh: Mesh, shortest_wave: float = np.inf) -> list[str]:
     elif np.ptp(volume) > _VOLUME_TOLERANCE * np.max(np.abs(volume)):
         text = ", ".join(f"{v:.5g}" for v in volume)
         found.append(f"{mesh.name}: volume by x, y, z is {text} m³, not equal; close gaps, turn stray normals")
-    gaps = _open_edges(complete, 1e-5 * extent)
+    return found
+
+
+def flaws(mesh: Mesh, shortest_wave: float = np.inf) -> list[str]:
+    """What a solution survives with less accuracy, each with its remedy; for waves down to a length in m."""
+    found: list[str] = []
+    gaps = _open_edges(whole(mesh), 1e-5 * _extent(mesh))
     if gaps:
         found.append(f"{mesh.name}: {gaps} edges below the waterline join no other panel; join the parts conformally")
-    largest = float(np.max(geometry.size))
+    largest = float(np.max(panels(mesh).size))
     if largest * _PANELS_PER_WAVELENGTH / np.sqrt(2.0) > shortest_wave:
         found.append(
             f"{mesh.name}: largest panel diagonal {largest:.3g} m against a wave of {shortest_wave:.3g} m; "
             f"use panels below {shortest_wave / _PANELS_PER_WAVELENGTH:.3g} m or drop the shortest waves"
         )
     return found
+
+
+def _extent(mesh: Mesh) -> float:
+    """Largest of length, beam and height of the whole body."""
+    return float(np.max(np.ptp(whole(mesh).vertices.reshape(-1, 3), axis=0)))
 
 
 def _open_edges(mesh: Mesh, tolerance: float) -> int:

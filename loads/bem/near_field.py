@@ -19,13 +19,17 @@ from tlpsim.loads.bem.control_surface import control_surface
 from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.quadratic import quadratic_part
 from tlpsim.loads.bem.solver import Solution
-from tlpsim.loads.bem.surface import hull_surface, surface_fields
+from tlpsim.loads.bem.surface import Hull, hull_surface, surface_fields
 
 FloatArray = NDArray[np.float64]
 
 
 def near_field_drift(
-    discretization: Discretization, solution: Solution, motion: ArrayLike, form: str = "control"
+    discretization: Discretization,
+    solution: Solution,
+    motion: ArrayLike,
+    form: str = "control",
+    hull: Hull | None = None,
 ) -> FloatArray:
     """Mean drift about the origin, (headings, 6), in N/m² and N m/m², per amplitude squared.
 
@@ -37,6 +41,8 @@ def near_field_drift(
         Response amplitudes (headings, 6) per m of wave amplitude; zero for a fixed body.
     form
         "control" or "pressure", see above.
+    hull
+        From `surface.hull_surface`, to serve several frequencies; made here if None.
 
     Raises
     ------
@@ -47,10 +53,10 @@ def near_field_drift(
     -----
     Forces are those of the water on the wetted hull: what a body in roll or pitch gets of its weight is not in them.
     """
-    hull = hull_surface(discretization)
+    body = hull_surface(discretization) if hull is None else hull
     around = None
     if form == "control":
-        around = control_surface(hull, solution.depth, 2.0 * np.pi / solution.wavenumber)
-    fields = surface_fields(discretization, solution, motion, hull, around)
+        around = control_surface(body, solution.depth, 2.0 * np.pi / solution.wavenumber)
+    fields = surface_fields(discretization, solution, motion, body, around)
     index = np.arange(len(solution.headings))
     return np.asarray(quadratic_part(fields, fields, form)[index, index].real)

@@ -21,7 +21,7 @@ and energy is conserved where nothing absorbs it: P + ρ g c_g / (2k) ∫ |F|² 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.bem.discretization import Discretization
 from tlpsim.loads.bem.incident import far_integrals
@@ -67,6 +67,25 @@ def response_amplitudes(
     except np.linalg.LinAlgError as error:
         raise SolverError(f"equation of motion is singular at {solution.omega:.4g} rad/s; add damping") from error
     return result
+
+
+def total_potential(
+    discretization: Discretization, solution: Solution, motion: ArrayLike
+) -> tuple[ComplexArray, ComplexArray]:
+    """Potential and normal velocity (images, panels, headings) on the hull that moves by `motion` (headings, modes).
+
+    Raises
+    ------
+    ScenarioError
+        If there is not one motion for every heading and mode.
+    """
+    amplitudes = np.asarray(motion, dtype=np.complex128)
+    wanted = (len(solution.headings), solution.radiation.shape[2])
+    if amplitudes.shape != wanted:
+        raise ScenarioError(f"motion has shape {amplitudes.shape}; (headings, modes) = {wanted} is needed")
+    velocity = 1j * solution.omega * amplitudes
+    potential = solution.diffraction + np.einsum("spj,hj->sph", solution.radiation, velocity)
+    return potential, np.einsum("spj,hj->sph", discretization.modes, velocity)
 
 
 def group_ratio(solution: Solution) -> float:
@@ -151,9 +170,7 @@ def mean_drift(
     """
     directions = directions or direction_count(discretization, solution)
     angles = 2.0 * np.pi * np.arange(directions) / directions
-    velocity = 1j * solution.omega * np.asarray(motion)
-    potential = solution.diffraction + np.einsum("spj,hj->sph", solution.radiation, velocity)
-    normal = np.einsum("spj,hj->sph", discretization.modes, velocity)
+    potential, normal = total_potential(discretization, solution, motion)
     everywhere = np.concatenate([angles, solution.headings])
     wave, turned = far_wave(discretization, solution, potential, normal, everywhere)
     scattered, scattered_turn = wave[:directions], turned[:directions]

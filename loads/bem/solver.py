@@ -38,7 +38,9 @@ from tlpsim.loads.bem.symmetry import (
     system_panels,
     system_vectors,
 )
-from tlpsim.loads.waves.airy import STANDARD_GRAVITY, require_positive, wavenumber
+from tlpsim.loads.checks import require_positive
+from tlpsim.loads.constants import STANDARD_GRAVITY
+from tlpsim.loads.waves.airy import wavenumber
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -99,6 +101,7 @@ def wave_matrices(discretization: Discretization, omega: float, gravity: float) 
     single, double = influence.fill(
         discretization.panels,
         discretization.moments,
+        discretization.outer,
         discretization.images,
         discretization.characters,
         discretization.fold,

@@ -23,8 +23,8 @@ from scipy import sparse
 
 from tlpsim.loads.bem.control_surface import ControlFields, ControlSurface, control_fields
 from tlpsim.loads.bem.discretization import Discretization
-from tlpsim.loads.bem.field_points import total_potential
 from tlpsim.loads.bem.gradient import TangentialGradient, tangential_gradient
+from tlpsim.loads.bem.response import total_potential
 from tlpsim.loads.bem.solver import Solution
 from tlpsim.loads.errors import ScenarioError
 

@@ -52,7 +52,7 @@ from tlpsim.loads.bem.database import HydrodynamicDatabase
 from tlpsim.loads.bem.drift_damping import wave_drift_damping as aranha
 from tlpsim.loads.bem.quadratic import newman
 from tlpsim.loads.checks import require_positive
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.diffraction import LARGEST_HEADING_STEP, TAPER, at_heading, round_the_circle
 from tlpsim.loads.waves.elevation import transition
@@ -61,8 +61,6 @@ from tlpsim.loads.waves.sea import SeaState
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-HORIZONTAL = (0, 1, 5)
-"""Degrees of freedom of a mean drift of three components."""
 LARGEST_ASYMMETRY = 0.02
 """Of T_ij - T_ji*, relative to the largest T of a component, above which a table is refused."""
 SPECTRUM_STEP = 5e-4
@@ -288,6 +286,31 @@ def _acting(state: SeaState, step: float) -> tuple[FloatArray, FloatArray]:
     count = int(_HIGHEST * state.highest_frequency / require_positive("frequency step of slow drift", step, "Hz"))
     frequency = np.asarray(step * (np.arange(count) + 0.5), dtype=np.float64)
     return frequency, np.asarray(state.density(frequency) * transition(frequency, state.highest_frequency) ** 2)
+
+
+def mean_drift_force(database: HydrodynamicDatabase, state: SeaState, step: float = SPECTRUM_STEP) -> FloatArray:
+    """Mean of the slow drift of a sea, eq. (2), shape (6,), N and N·m, from the mean drift of a database.
+
+    Parameters
+    ----------
+    database
+        With mean drift.
+    state, step
+        As for `drift_spectrum`.
+
+    Raises
+    ------
+    ScenarioError
+        If the database has no mean drift, or neither a heading nor headings to interpolate it from.
+    """
+    frequency, density = _acting(state, step)
+    parts = state.spread()
+    result = np.zeros(6)
+    for share, heading in zip(parts.share, parts.heading, strict=True):
+        waves = Waves(2.0 * np.pi * frequency, np.full(len(frequency), heading))
+        drift, margin = drift_coefficients(database, waves)
+        result += 2.0 * share * step * (drift @ (density * margin**2))
+    return result
 
 
 def drift_spectrum(kernel: Kernel, state: SeaState, step: float = SPECTRUM_STEP) -> DriftSpectrum:

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads import rigid_body
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
 
@@ -119,21 +120,9 @@ class Body:
                 )
 
 
-def cross_matrix(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix S of the cross product, S(a) b = a × b, (3, 3)."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
 def mass_matrix(body: Body) -> NDArray[np.float64]:
     """Mass and added mass about the reference point at zero pose, (6, 6) kg, kg·m, kg·m²."""
-    lever = cross_matrix(body.centre_of_gravity)
-    matrix = np.array(body.added_mass)
-    matrix[:3, :3] += body.mass * np.eye(3)
-    matrix[:3, 3:] -= body.mass * lever
-    matrix[3:, :3] += body.mass * lever
-    matrix[3:, 3:] += body.inertia - body.mass * lever @ lever
-    return matrix
+    return rigid_body.mass_matrix(body.mass, body.centre_of_gravity, body.inertia) + body.added_mass
 
 
 def rotation_matrix(angles: NDArray[Any]) -> NDArray[Any]:

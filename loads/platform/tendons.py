@@ -32,7 +32,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.platform.body import angular_velocity, cross_matrix, fixed_array, rotation_matrix
+from tlpsim.loads.platform.body import angular_velocity, fixed_array, rotation_matrix
+from tlpsim.loads.rigid_body import cross_matrix
 
 
 def _zero() -> NDArray[np.float64]:

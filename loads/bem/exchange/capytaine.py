@@ -7,8 +7,6 @@ can take them, and A(0), A(∞) and the mean drift as variables of their own, wh
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +16,10 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase
 from tlpsim.loads.bem.exchange.conventions import CONVENTIONS, MODES, about_origin, assembled, turned
+from tlpsim.loads.constants import HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.waves.airy import wavenumber
+from tlpsim.loads.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
 
@@ -148,17 +148,8 @@ def write_capytaine(database: HydrodynamicDatabase, path: str | Path) -> None:
     ScenarioError
         If the file cannot be written.
     """
-    target = Path(path)
-    part = target.with_name(f"{target.name}.{os.getpid()}.part")
-    try:
-        with h5py.File(part, "w", track_order=True) as file:
-            _fill(file, database)
-        part.replace(target)
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be written ({error}); name another file") from error
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+    with whole_file(path, "the dataset") as part, h5py.File(part, "w", track_order=True) as file:
+        _fill(file, database)
 
 
 def _fill(file: h5py.File, database: HydrodynamicDatabase) -> None:
@@ -172,7 +163,7 @@ def _fill(file: h5py.File, database: HydrodynamicDatabase) -> None:
     if database.mean_drift.shape[2] == MODES:
         axes["drift_component"] = axes["influenced_dof"]
     else:
-        axes["drift_component"] = np.array([DEGREES_OF_FREEDOM[mode] for mode in (0, 1, 5)], dtype=object)
+        axes["drift_component"] = np.array([DEGREES_OF_FREEDOM[mode] for mode in HORIZONTAL], dtype=object)
     units = {"omega": "rad/s", "wave_direction": "rad"}
     for name, values in axes.items():
         kind = h5py.string_dtype() if values.dtype == object else None

@@ -25,14 +25,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase
+from tlpsim.loads.constants import HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.rigid_body import cross_matrix
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 MODES = 6
-DRIFT_MODES = (0, 1, 5)
-"""Modes of a mean drift of three components."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,9 +104,8 @@ def told_time_sign(heading: FloatArray, excitation_force: ComplexArray) -> int:
 
 def moments_arm(point: ArrayLike) -> FloatArray:
     """T of eq. (2) for a point (3,) in m."""
-    x, y, z = np.asarray(point, dtype=np.float64)
     result = np.eye(MODES)
-    result[3:, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+    result[3:, :3] = cross_matrix(point)
     return result
 
 
@@ -122,8 +121,8 @@ def about_origin(database: HydrodynamicDatabase, point: ArrayLike) -> Hydrodynam
     if database.mean_drift.shape[2] == MODES:
         drift = database.mean_drift @ turn.T
     else:
-        drift[..., DRIFT_MODES] = database.mean_drift
-        drift = (drift @ turn.T)[..., DRIFT_MODES]
+        drift[..., HORIZONTAL] = database.mean_drift
+        drift = (drift @ turn.T)[..., HORIZONTAL]
     motion = database.response_amplitude
     return replace(
         database,
@@ -169,7 +168,7 @@ def assembled(
         froude_krylov_force=known.get("froude_krylov_force", np.full((*shape, MODES), np.nan * (1 + 1j)))[pick],
         added_mass_infinite=known.get("added_mass_infinite", unknown),
         added_mass_zero=known.get("added_mass_zero", unknown),
-        mean_drift=known.get("mean_drift", np.full((*shape, len(DRIFT_MODES)), np.nan))[pick],
+        mean_drift=known.get("mean_drift", np.full((*shape, len(HORIZONTAL)), np.nan))[pick],
         response_amplitude=None if motion is None else motion[pick],
         hydrostatics=known.get("hydrostatics"),
         mesh=known.get("mesh"),

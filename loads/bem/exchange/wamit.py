@@ -23,7 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from tlpsim.loads.bem.database import HydrodynamicDatabase
 from tlpsim.loads.bem.exchange.conventions import (
     CONVENTIONS,
-    DRIFT_MODES,
     MODES,
     Convention,
     about_origin,
@@ -32,7 +31,7 @@ from tlpsim.loads.bem.exchange.conventions import (
     turned,
 )
 from tlpsim.loads.bem.hydrostatics import Hydrostatics, weight_stiffness
-from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
+from tlpsim.loads.constants import HORIZONTAL, SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
 
 FloatArray = NDArray[np.float64]
@@ -186,14 +185,14 @@ def _drift(stem: Path, grid: FloatArray, headings: FloatArray) -> FloatArray | N
         return None
     result = np.full((len(headings), len(grid), MODES), np.nan)
     for suffix, values in found.items():  # the strongest comes last
-        modes = list(DRIFT_MODES) if suffix == ".8" else list(range(MODES))
+        modes = list(HORIZONTAL) if suffix == ".8" else list(range(MODES))
         known = ~np.isnan(values[..., modes])
         result[..., modes] = np.where(known, values[..., modes], result[..., modes])
-    return result[..., DRIFT_MODES] if set(found) == {".8"} else result
+    return result[..., HORIZONTAL] if set(found) == {".8"} else result
 
 
 def _drift_modes(drift: FloatArray) -> list[int]:
-    return list(DRIFT_MODES) if drift.shape[2] == len(DRIFT_MODES) else list(range(MODES))
+    return list(HORIZONTAL) if drift.shape[2] == len(HORIZONTAL) else list(range(MODES))
 
 
 def _restoring(path: Path) -> FloatArray:
@@ -280,8 +279,8 @@ def write_wamit(database: HydrodynamicDatabase, stem: str | Path, length: float 
     modes = np.array(_drift_modes(database.mean_drift))
     drift = database.mean_drift / (weight * length ** (1 + _ROTATES[modes])) + 0j
     if np.any(np.isfinite(drift)):
-        momentum = [int(np.flatnonzero(modes == mode)[0]) for mode in DRIFT_MODES]
-        files[".8"] = list(_wave_rows(database, drift[..., momentum], DRIFT_MODES, twice=True))
+        momentum = [int(np.flatnonzero(modes == mode)[0]) for mode in HORIZONTAL]
+        files[".8"] = list(_wave_rows(database, drift[..., momentum], HORIZONTAL, twice=True))
         if len(modes) == MODES:
             files[".9"] = list(_wave_rows(database, drift, range(MODES), twice=True))
     if database.hydrostatics is not None:

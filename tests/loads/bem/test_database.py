@@ -22,10 +22,10 @@ from tlpsim.loads.bem.database import (
 from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hemisphere import hemisphere_coefficients
 from tlpsim.loads.bem.hulls import box, hemisphere
-from tlpsim.loads.bem.hydrostatics import mass_matrix
 from tlpsim.loads.bem.response import mean_drift, response_amplitudes
 from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.rigid_body import mass_matrix
 
 PROBLEM = Problem(
     mesh=box(2.0, 1.0, 0.5, 0.5), omega=np.array([0.5, 1.0]), heading=np.array([0.0, 0.4, 1.0]), depth=5.0

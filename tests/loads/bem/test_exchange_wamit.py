@@ -11,10 +11,10 @@ from tlpsim.loads.bem.discretization import discretize, rigid_modes
 from tlpsim.loads.bem.exchange import read_hams, read_wamit, write_wamit
 from tlpsim.loads.bem.exchange.conventions import about_origin, told_time_sign
 from tlpsim.loads.bem.hulls import box
-from tlpsim.loads.bem.hydrostatics import mass_matrix
 from tlpsim.loads.bem.mesh import translated
 from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.rigid_body import mass_matrix
 
 MESH = translated(box(2.0, 1.0, 0.5, 0.5), [0.3, -0.2, 0.0])  # no symmetry: all of a matrix is filled
 OMEGA, HEADING = np.array([0.5, 1.0, 2.0]), np.array([0.0, 0.4])

@@ -4,11 +4,11 @@ from numpy.typing import NDArray
 from scipy import special
 
 from tlpsim.loads.bem.discretization import discretize
-from tlpsim.loads.bem.field_points import field, incident_field, panel_gradients, total_potential
+from tlpsim.loads.bem.field_points import field, incident_field, panel_gradients
 from tlpsim.loads.bem.hulls import cylinder, hemisphere
 from tlpsim.loads.bem.mesh import panels
 from tlpsim.loads.bem.rankine import panel_integrals, second_moments
-from tlpsim.loads.bem.response import far_wave
+from tlpsim.loads.bem.response import far_wave, total_potential
 from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.errors import ScenarioError
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tlpsim.loads.bem.hulls import box, cylinder, hemisphere, issc_hull, tlp
-from tlpsim.loads.bem.hydrostatics import hydrostatics, mass_matrix, weight_stiffness
+from tlpsim.loads.bem.hydrostatics import hydrostatics, weight_stiffness
 from tlpsim.loads.bem.mesh import Mesh, translated, waterline_loops, whole
 from tlpsim.loads.errors import ScenarioError
 
@@ -94,19 +94,6 @@ def test_weight_pulls_at_the_centre_of_gravity() -> None:
         angles[mode - 3] = step
         moment = np.cross(rotation(angles) @ centre - centre, [0.0, 0.0, -mass * GRAVITY])
         np.testing.assert_allclose(-moment / step, stiffness[3:, mode], atol=1e-6 * mass)
-
-
-def test_mass_matrix_is_that_of_point_masses() -> None:
-    """Kinetic energy of points that move as a rigid body."""
-    generator = np.random.default_rng(1)
-    points, masses = generator.normal(size=(20, 3)), generator.uniform(1.0, 2.0, 20)
-    centre = masses @ points / masses.sum()
-    arms = points - centre
-    inertia = np.einsum("p,pk,pk->", masses, arms, arms) * np.eye(3) - np.einsum("p,pi,pj->ij", masses, arms, arms)
-    matrix = mass_matrix(float(masses.sum()), centre, inertia)
-    velocity = generator.normal(size=6)
-    speeds = velocity[:3] + np.cross(velocity[3:], points)
-    assert 0.5 * velocity @ matrix @ velocity == pytest.approx(0.5 * masses @ np.sum(speeds**2, axis=1))
 
 
 def test_symmetric_hulls_have_exact_zeros() -> None:

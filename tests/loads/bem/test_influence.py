@@ -45,7 +45,8 @@ def test_matrices_are_means_over_both_panels(depth: float) -> None:
     fold = unfolded(count)
     nothing = np.zeros((2, 4, count, count))
     near = near_pairs(GEOMETRY, images, fold)
-    single, double = fill(GEOMETRY, moments, images, characters, fold, near, NUMBER, depth, nothing)
+    field = quadrature(GEOMETRY, 2)
+    single, double = fill(GEOMETRY, moments, field, images, characters, fold, near, NUMBER, depth, nothing)
     scale = np.max(np.abs(single)), np.max(np.abs(double))
     generator = np.random.default_rng(3)
     for i, j in generator.integers(0, count, (12, 2)):

@@ -16,6 +16,7 @@ from tlpsim.loads.hydro.drift import (
     completed_drift,
     drift_coefficients,
     drift_spectrum,
+    mean_drift_force,
     newman_kernel,
     quadratic_kernel,
     wave_drift_damping,
@@ -305,6 +306,7 @@ def test_spectrum_of_a_constant_coefficient() -> None:
     expected = size * state.significant_height**2 / 8.0
     # A share of 5/4 (fp / 0.37 Hz)^4 = 0.2 % of the energy lies above, and little below the band.
     assert found.mean[0] == pytest.approx(expected, rel=4e-3)
+    assert mean_drift_force(constant_drift(size), state)[0] == pytest.approx(expected, rel=4e-3)
     assert found.spread()[0] == pytest.approx(expected, rel=6e-3)
     frequency = np.linspace(1e-3, 0.37, 40_000)
     square = np.trapezoid(state.density(frequency) ** 2, frequency)
@@ -321,6 +323,13 @@ def test_spectrum_does_not_depend_on_the_number_of_equal_directions() -> None:
     one, three = (drift_spectrum(newman_kernel(round_hull), state, 2e-3) for state in (STORM, SPREAD))
     np.testing.assert_allclose(three.density, one.density, rtol=1e-9)
     np.testing.assert_allclose(three.mean, one.mean, rtol=1e-9)
+
+
+@pytest.mark.parametrize("mean", ["arithmetic", "geometric"])
+def test_mean_alone_is_that_of_the_spectrum(mean: str) -> None:
+    table = square_database()
+    whole = drift_spectrum(newman_kernel(table, mean), SPREAD, 2e-3)
+    np.testing.assert_allclose(mean_drift_force(table, SPREAD, 2e-3), whole.mean, rtol=1e-12, atol=1e-9)
 
 
 RECORDS, DURATION, STEP, LOW = 24, 10800.0, 2.0, 0.022
