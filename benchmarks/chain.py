@@ -181,7 +181,8 @@ class Watch(Observer):
         self.memory = 0
         self.started_stepping = False
 
-    def sampled(self, index: int, tick: int, values: NDArray[np.float64]) -> None:
+    def sampled(self, index: int, times: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        tick = int(times[-1])
         if not self.started_stepping and tick > 0:
             self.started_stepping = True
             self.stepping = time.perf_counter()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -19,6 +20,7 @@ from tlpsim.loads.bem.discretization import discretize
 from tlpsim.loads.bem.hulls import issc_hull, lid, tlp
 from tlpsim.loads.bem.issc import issc_database
 from tlpsim.loads.bem.quadratic import quadratic_part
+from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer
 from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.bem.surface import hull_surface, surface_fields
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
@@ -26,7 +28,6 @@ from tlpsim.loads.filters.convolution import kernel_response
 from tlpsim.loads.filters.model import spectrum
 from tlpsim.loads.hydro.drift import (
     Kernel,
-    QuadraticTransfer,
     Waves,
     drift_spectrum,
     newman_kernel,
@@ -115,6 +116,40 @@ def statistics(force: FloatArray) -> FloatArray:
     return np.array([lines[0].real, np.sqrt(energy[low].sum(axis=0)), np.sqrt(energy[~low].sum(axis=0))])
 
 
+def against_theory(
+    text: str,
+    expected: FloatArray,
+    found: FloatArray,
+    bounds: tuple[float, ...],
+    quick: bool,
+    axes: Mapping[int, str] = NAMED,
+    small_means: Collection[str] = (),
+) -> list[Row]:
+    """Statistics of records (records, k, 6) against theory (k, 6), k leading ones of those of `statistics`.
+
+    `bounds` are in % of theory, or of the standard error of a few records where `quick`; `small_means` names the axes
+    whose mean is next to nothing beside its spread.
+    """
+    count = len(found)
+    mean, error = found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(count)
+    within = float(stats.t.ppf(0.5 + 0.5 * LEVEL, count - 1))
+    names = ("mean", f"spread below {LOW} Hz", f"spread above {LOW} Hz")
+    rows = []
+    for axis, name in axes.items():
+        for k, limit in enumerate(bounds):
+            item = f"{text}, {name}: {names[k]}, {expected[k, axis]:.4g}"
+            if name in small_means and k == 0:
+                off = abs(mean[k, axis] - expected[k, axis]) / error[k, axis]
+                rows.append(at_most(f"{item}; off by standard errors", off, within))
+                continue
+            off = 100.0 * (mean[k, axis] / expected[k, axis] - 1.0)
+            spread = 100.0 * error[k, axis] / abs(expected[k, axis])
+            bound = max(limit, within * spread) if quick else limit
+            ok = abs(off) <= bound
+            rows.append(Row(item=item, measured=f"{off:+.2f} ± {spread:.2f} %", bound=f"± {bound:.3g} %", ok=bool(ok)))
+    return rows
+
+
 def compared(text: str, filters: DriftFilters, kernel: Kernel, state: SeaState, quick: bool) -> list[Row]:
     """Records of the filters against eqs. (2) and (3) of `tlpsim.loads.hydro.drift`."""
     count = 4 if quick else RECORDS
@@ -123,24 +158,7 @@ def compared(text: str, filters: DriftFilters, kernel: Kernel, state: SeaState, 
     expected = np.array([theory.mean, theory.spread(0.0, LOW), theory.spread(LOW)])
     forces = [record(filters, ArmaSea(state, reach=REACH, seed=seed)) for seed in range(1, count + 1)]
     found = np.array([statistics(force) for force in forces])
-    mean, error = found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(count)
-    within = float(stats.t.ppf(0.5 + 0.5 * LEVEL, count - 1))
-    names = ("mean", f"spread below {LOW} Hz", f"spread above {LOW} Hz")
-    rows = []
-    for axis, name in NAMED.items():
-        for k, what in enumerate(names):
-            item = f"{text}, {name}: {what}, {expected[k, axis]:.4g}"
-            if name == "yaw" and k == 0:  # next to nothing beside its spread
-                off = abs(mean[k, axis] - expected[k, axis]) / error[k, axis]
-                rows.append(at_most(f"{item}; off by standard errors", off, within))
-                continue
-            off = 100.0 * (mean[k, axis] / expected[k, axis] - 1.0)
-            spread = 100.0 * error[k, axis] / abs(expected[k, axis])
-            bound = MEAN_BOUND if k == 0 else SPREAD_BOUND
-            if quick:
-                bound = max(bound, within * spread)
-            ok = abs(off) <= bound
-            rows.append(Row(item=item, measured=f"{off:+.2f} ± {spread:.2f} %", bound=f"± {bound:.3g} %", ok=bool(ok)))
+    rows = against_theory(text, expected, found, (MEAN_BOUND, SPREAD_BOUND, SPREAD_BOUND), quick, small_means=("yaw",))
     surge = np.concatenate([force[:, 0] for force in forces])
     skew = float(np.mean((surge - surge.mean()) ** 3) / surge.std() ** 3)
     rows.append(Row(item=f"{text}, surge: skewness", measured=f"{skew:.3f}", bound="> 0", ok=skew > 0.0))

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from displaced_position import displaced_position
 from numpy.typing import NDArray
 from report import Row, at_least, at_most, main
 
@@ -35,7 +36,8 @@ from tlpsim.loads.platform.memory import Memory
 from tlpsim.loads.platform.motion import PlatformModel, advance, initial_state
 from tlpsim.loads.waves.elevation import ArmaSea, transition
 from tlpsim.loads.waves.sea import SeaState
-from tlpsim.scenarios.assemble import wave_loads
+from tlpsim.scenarios.assemble import wave_loads, wind_loads
+from tlpsim.scenarios.results import Results
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
 
@@ -49,6 +51,7 @@ AMPLITUDE = 0.1
 DURATION, TRANSIENT = 1600.0, 300.0
 DECAY_PERIODS = (104.0, 104.0, 1.82, 1.92, 1.92, 83.0)  # s
 DECAY_AMPLITUDES = np.array([1.0, 1.0, 0.01, 1e-4, 1e-4, 0.01])  # m, rad
+WIND_BOXES = [{"position": [10.0, -10.0, 40.0], "size": [90.0, 60.0, 12.0], "shape_coefficient": 1.2}]
 SMALL = 0.05  # of the largest motion over the periods: below it a relative error says little
 
 
@@ -184,7 +187,9 @@ def ogilvie(quick: bool) -> list[Row]:
         error = 100.0 * np.max(np.abs(added[:, mode, mode] - database.added_mass[:, mode, mode])) / limit
         rows.append(at_most(f"Ogilvie's relation at every frequency, {name}", float(error), 1.0, "%"))
         apart = 100.0 * abs(found.added_mass_infinite[mode, mode] / limit - 1.0)
-        rows.append(at_most(f"infinite-frequency {name} by it against that of the panels", apart, 0.5, "%"))
+        # The panels' own coefficients are known to their error bars only.
+        bar = 100.0 * database.error["added_mass_infinite"][mode, mode] / limit
+        rows.append(at_most(f"infinite-frequency {name} by it against that of the panels", apart, float(bar), "%"))
     return rows
 
 
@@ -235,6 +240,54 @@ def decay(memory: Memory, degree: int, duration: float) -> FloatArray:
     return np.array(record)
 
 
+def wind(quick: bool) -> list[Row]:
+    """Decompositions of the wind force against its square, and yaw-dependent areas, in hours of the default storm.
+
+    The platform moves as it does in that storm. The force is along the wind, so that surge and sway differ alike. What
+    "expanded" leaves out, D (v² - 2 u v), is (v² + 2 u v) / U² of the mean at most, and v / U of the spread: with v of
+    0.3 m/s, u of 3 m/s and U of 30 m/s rms 0.2 and 1 %. The moment has the same bounds at arms of the same size. What
+    "linear" leaves out, u² - sigma², changes the spread by the skewness that the gusts of an hour happen to have.
+    """
+    seeds, duration = ((1,), 600.0) if quick else (range(1, 11), 3600.0)
+    cases = {
+        "expanded against full": ({"decomposition": "expanded"}, {}),
+        "linear against full": ({"decomposition": "linear"}, {}),
+        "deck of 90 × 60 m at its yaw, against at zero yaw": (
+            {"boxes": WIND_BOXES},
+            {"boxes": WIND_BOXES, "yaw_dependent_area": False},
+        ),
+    }
+    changes: dict[str, list[float]] = {}
+    with tempfile.TemporaryDirectory() as name:
+        for seed in seeds:
+            scenario = Scenario.from_dict({"simulation": {"duration": 600.0 + duration, "seed": seed}})
+            results = run_scenario(scenario, Path(name) / "r.h5", monolithic=True)
+            for case, settings in cases.items():
+                one, other = (wind_forces(scenario.with_(wind=each), results) for each in settings)
+                for statistic, word in ((np.mean, "mean"), (np.std, "standard deviation")):
+                    for column, degrees in ((0, "surge and sway"), (5, "yaw")):
+                        change = 100.0 * float(statistic(one[:, column]) / statistic(other[:, column]) - 1.0)
+                        changes.setdefault(f"{case}: {word}, {degrees}", []).append(change)
+    rows = []
+    for item, found in changes.items():
+        worst = max(found, key=abs)
+        item = f"wind, largest of {len(seeds)} × {duration:g} s, {item}"
+        bound = 0.2 if "mean" in item else 1.0
+        bounded = at_most(item, abs(worst), bound, "%")
+        rows.append(bounded if "expanded" in item else Row(item=item, measured=f"{worst:+.3f} %"))
+    return rows
+
+
+def wind_forces(scenario: Scenario, results: Results) -> FloatArray:
+    """Wind force every 0.5 s after ten minutes, (m, 6) N, N·m, of a scenario on the platform that `results` has."""
+    loads = wind_loads(scenario)
+    assert loads is not None
+    times, yaw = results.time("platform"), results.signal("platform.position.yaw")
+    velocity = np.column_stack([results.signal(f"platform.velocity.{degree}") for degree in DEGREES_OF_FREEDOM])
+    chosen = np.flatnonzero(times >= 600.0)[::5]
+    return np.array([loads.evaluate(float(times[k]), velocity[k], float(yaw[k])) for k in chosen])
+
+
 def storm(quick: bool) -> list[Row]:
     """The default storm with drag, current, wind, diffraction and radiation."""
     duration = 1800.0 if quick else 10800.0
@@ -251,4 +304,4 @@ def storm(quick: bool) -> list[Row]:
 
 
 if __name__ == "__main__":
-    main("Physics of the FMUs", [response, force_spectrum, ogilvie, filters, storm])
+    main("Physics of the FMUs", [response, force_spectrum, ogilvie, filters, displaced_position, wind, storm])

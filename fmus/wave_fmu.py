@@ -33,18 +33,24 @@ from tlpsim.fmus.component import (  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
+from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer, quadratic_transfer_by_name  # noqa: E402
 from tlpsim.loads.constants import MORISON, SEA_WATER_DENSITY, STANDARD_GRAVITY  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.filters.arma import Orders  # noqa: E402
 from tlpsim.loads.filters.process import ProcessState  # noqa: E402
 from tlpsim.loads.hydro.diffraction import band_of_energy, excitation, require_coverage, require_site  # noqa: E402
-from tlpsim.loads.hydro.drift import mean_drift_force  # noqa: E402
+from tlpsim.loads.hydro.drift import (  # noqa: E402
+    mean_drift_force,
+    mean_quadratic_force,
+    quadratic_kernel,
+    wave_drift_damping,
+)
 from tlpsim.loads.hydro.excitation import WaveLoads, mean_current_force  # noqa: E402
 from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
 from tlpsim.loads.hydro.morison import Members  # noqa: E402
-from tlpsim.loads.hydro.quadratic_filters import newman_filters  # noqa: E402
+from tlpsim.loads.hydro.quadratic_filters import DriftFilters, newman_filters, quadratic_filters  # noqa: E402
 from tlpsim.loads.hydro.splash import largest_elevation  # noqa: E402
-from tlpsim.loads.waves.current import Current, uniform_current  # noqa: E402
+from tlpsim.loads.waves.current import Current, current_velocity, uniform_current  # noqa: E402
 from tlpsim.loads.waves.doppler import delay_ratio, sea_in_current  # noqa: E402
 from tlpsim.loads.waves.elevation import (  # noqa: E402
     DEFAULT_ORDERS,
@@ -56,8 +62,10 @@ from tlpsim.loads.waves.field import calm_water, wave_components  # noqa: E402
 from tlpsim.loads.waves.sea import Sea, SeaState  # noqa: E402
 from tlpsim.loads.waves.spectra import SpectrumTable  # noqa: E402
 
-DRIFTS: Mapping[str, str | None] = {"newman": "arithmetic", "newman_geometric": "geometric", "none": None}
-"""Values of the parameter `drift`, and the mean that each takes."""
+QTF = "qtf"
+"""Value of the parameter `drift` for a quadratic transfer function from a file."""
+DRIFTS: Mapping[str, str | None] = {"newman": "arithmetic", "newman_geometric": "geometric", QTF: None, "none": None}
+"""Values of the parameter `drift`, and the mean of Newman's approximation that each takes."""
 DRIFT_REACH = 150.0
 """m, least reach of the kernels: quadratic filters of drift swing faster over frequency than forces do."""
 _FORCE = ("N", "N.m")
@@ -70,9 +78,7 @@ def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
     sea = _sea(parameter, members)
     splash = parameter("splash") and parameter("significant_height") > 0.0
     doppler = parameter("doppler") and current is not None
-    drift = None
-    if database is not None and (mean := _mean(parameter)) is not None:
-        drift = newman_filters(database, sea_in_current(sea, current) if doppler and current else sea, mean)
+    drift = _drift(parameter, database, sea_in_current(sea, current) if doppler and current else sea)
     return WaveLoads(
         sea=sea,
         members=members,
@@ -85,7 +91,26 @@ def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
         largest_elevation=largest_elevation(_state(parameter)) if splash else 0.0,
         doppler=doppler,
         drift=drift,
+        drift_damping=None if drift is None or database is None else _drift_damping(parameter, database),
     )
+
+
+def _drift(parameter: Callable[[str], Any], database: HydrodynamicDatabase | None, sea: Sea) -> DriftFilters | None:
+    """Filters of the slow drift; None for no slow drift."""
+    if (table := _transfer(parameter)) is not None:
+        return quadratic_filters(quadratic_kernel(table), sea, _state(parameter))
+    mean = _mean(parameter)
+    return None if database is None or mean is None else newman_filters(database, sea, mean)
+
+
+def _drift_damping(parameter: Callable[[str], Any], database: HydrodynamicDatabase) -> NDArray[np.float64] | None:
+    """Wave drift damping, (6, 6); None where it is switched off."""
+    if not parameter("drift_damping"):
+        return None
+    try:
+        return wave_drift_damping(database, _state(parameter))
+    except ScenarioError as error:
+        raise ScenarioError(f"{error}; or switch it off, drift_damping = false") from error
 
 
 def _mean(parameter: Callable[[str], Any]) -> str | None:
@@ -116,21 +141,54 @@ def _database(parameter: Callable[[str], Any]) -> HydrodynamicDatabase | None:
             "parameter members gives a hull of its own, but parameter hydrodynamics is empty, which is the database "
             f"of the ISSC TLP; name that hull's database file, or take {MORISON!r}"
         )
-    depth, density, gravity = (parameter(key) for key in ("water_depth", "water_density", "gravity"))
-    database = database_by_name(name, depth, density, gravity)
-    label, state = f"hydrodynamic database {name or 'of the ISSC TLP'}", _state(parameter)
-    lowest = 2.0 * np.pi * band_of_energy(state)[0]
-    require_site(database, depth=depth, density=density, gravity=gravity, frequency=lowest, name=label)
-    require_coverage(database, state, label)
+    database = database_by_name(name, *(parameter(key) for key in ("water_depth", "water_density", "gravity")))
+    _require_fit(database, parameter, f"hydrodynamic database {name or 'of the ISSC TLP'}")
     return database
+
+
+def _require_fit(data: HydrodynamicDatabase | QuadraticTransfer, parameter: Callable[[str], Any], label: str) -> None:
+    """Check that data are for the water of the site and cover the waves."""
+    depth, density, gravity = (parameter(key) for key in ("water_depth", "water_density", "gravity"))
+    state = _state(parameter)
+    lowest = 2.0 * np.pi * band_of_energy(state)[0]
+    require_site(data, depth=depth, density=density, gravity=gravity, frequency=lowest, name=label)
+    require_coverage(data, state, label)
+
+
+def _transfer(parameter: Callable[[str], Any]) -> QuadraticTransfer | None:
+    """Quadratic transfer function of the slow drift; None where it is not from one, and in calm water."""
+    name, drift = parameter("quadratic_transfer"), parameter("drift")
+    if drift != QTF and name:
+        raise ScenarioError(
+            f"parameter quadratic_transfer is {name!r} beside drift {drift!r}; take {QTF!r}, or leave out the file"
+        )
+    if drift != QTF:
+        return None
+    if not name:
+        raise ScenarioError(
+            f"parameter drift is {QTF!r}, and quadratic_transfer is empty; give the path of a quadratic transfer "
+            "function, as `tlpsim bem HULL -o DATABASE.h5 --qtf FILE.h5` makes it, or of WAMIT's .12d"
+        )
+    if parameter("significant_height") == 0.0:
+        return None
+    table = quadratic_transfer_by_name(name, parameter("water_density"), parameter("gravity"))
+    _require_fit(table, parameter, f"quadratic transfer function {name}")
+    return table
 
 
 def mean_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
     """Drag of the current in calm water and mean drift, (6,) N, N·m, from the FMU's parameters."""
     current, database = _current(parameter), _database(parameter)
     force = mean_current_force(_members(parameter), current=current, water_density=parameter("water_density"))
-    if database is not None and _mean(parameter) is not None:
+    table, mean = _transfer(parameter), _mean(parameter)
+    if table is not None:
+        force = force + mean_quadratic_force(quadratic_kernel(table), _state(parameter))
+    elif database is not None and mean is not None:
         force = force + mean_drift_force(database, _state(parameter))
+    if database is not None and (table is not None or mean is not None):
+        damping = _drift_damping(parameter, database)
+        if damping is not None and current is not None and parameter("doppler"):
+            force = force + damping[:, :3] @ current_velocity(current, np.zeros(1))[0]
     return force
 
 
@@ -201,10 +259,11 @@ class TlpsimWave(Component):
     table = (
         *six("position", "input", "position of the platform", ("m", "rad")),
         *six("velocity", "input", "velocity of the platform", ("m/s", "rad/s")),
-        *six("force", "output", "sum of diffraction, viscous and drift", _FORCE, depends_on=_MOTION),
+        *six("force", "output", "sum of the parts", _FORCE, depends_on=_MOTION),
         *six("diffraction", "output", "first-order wave force", _FORCE, depends_on=("position.*",)),
         *six("viscous", "output", "drag of waves and current", _FORCE, depends_on=_MOTION),
         *six("drift", "output", "slow drift of second order", _FORCE, depends_on=("position.*",)),
+        *six("drift_damping", "output", "wave drift damping", _FORCE, depends_on=("velocity.*",)),
         Variable(
             name="elevation",
             causality="output",
@@ -261,7 +320,13 @@ class TlpsimWave(Component):
         text_parameter(
             "drift",
             "newman",
-            "slow drift by Newman's approximation: newman (arithmetic), newman_geometric or none",
+            "slow drift: newman (Newman's approximation, arithmetic), newman_geometric, qtf (from a file) or none",
+        ),
+        text_parameter(
+            "quadratic_transfer",
+            "",
+            "path of a quadratic transfer function (.h5), or of WAMIT's .10d, .11d or .12d with ULEN 1 m about the "
+            "origin, for drift qtf; empty: none",
         ),
         text_parameter(
             "current_profile",
@@ -269,6 +334,7 @@ class TlpsimWave(Component):
             "JSON object of depth (m), speed (m/s), heading (rad) as lists, and exponent, water_depth (m), stretched, "
             "instead of current_speed; empty: none",
         ),
+        boolean_parameter("drift_damping", True, "wave drift damping by Aranha's formula, beside slow drift"),
         boolean_parameter("doppler", False, "the waves ride on the current"),
         text_parameter(
             "members",
@@ -287,6 +353,7 @@ class TlpsimWave(Component):
         self.diffraction = self.view("diffraction.")
         self.viscous = self.view("viscous.")
         self.drift = self.view("drift.")
+        self.drift_damping = self.view("drift_damping.")
         self.elevation = self.view("elevation")
 
     def start(self, time: float) -> None:
@@ -295,7 +362,8 @@ class TlpsimWave(Component):
         self.diffraction[:] = forces.diffraction
         self.viscous[:] = forces.viscous
         self.drift[:] = forces.drift
-        self.force[:] = self.diffraction + self.viscous + self.drift
+        self.drift_damping[:] = forces.drift_damping
+        self.force[:] = forces.total
         self.elevation[0] = forces.elevation
 
     def advance(self, time: float, step: float) -> None:

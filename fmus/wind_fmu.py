@@ -20,6 +20,7 @@ from numpy.typing import NDArray  # noqa: E402
 from tlpsim.fmus.component import (  # noqa: E402
     Component,
     Variable,
+    boolean_parameter,
     integer_parameter,
     real_parameter,
     six,
@@ -34,7 +35,12 @@ from tlpsim.loads.wind.coherence import COHERENCES, Decay  # noqa: E402
 from tlpsim.loads.wind.field import DEFAULT_ORDERS, Gusts  # noqa: E402
 from tlpsim.loads.wind.force import DECOMPOSITIONS, DEFAULT_AIR_DENSITY, WindLoads, wind_loads  # noqa: E402
 from tlpsim.loads.wind.profile import PROFILES, Profile  # noqa: E402
-from tlpsim.loads.wind.segments import Boxes, Segments, projected_segments  # noqa: E402
+from tlpsim.loads.wind.segments import (  # noqa: E402
+    Boxes,
+    Segments,
+    projected_segments,
+    with_constant_areas,
+)
 from tlpsim.loads.wind.spectra import SPECTRA  # noqa: E402
 
 
@@ -75,9 +81,13 @@ def _segments(parameter: Callable[[str], Any]) -> Segments | None:
     segments, boxes = parameter("segments"), parameter("boxes")
     if segments and boxes:
         raise ScenarioError("parameters segments and boxes are both given; give one of them")
+    if not (segments or boxes):
+        return None
     if boxes:
-        return projected_segments(record_from_json(Boxes, boxes, "boxes"), parameter("heading"))
-    return record_from_json(Segments, segments, "segments") if segments else None
+        areas = projected_segments(record_from_json(Boxes, boxes, "boxes"), parameter("heading"))
+    else:
+        areas = record_from_json(Segments, segments, "segments")
+    return areas if parameter("yaw_dependent_area") else with_constant_areas(areas)
 
 
 class TlpsimWind(Component):
@@ -117,10 +127,14 @@ class TlpsimWind(Component):
         text_parameter("coherence.model", "davenport", "coherence of the gusts: " + ", ".join(COHERENCES)),
         text_parameter("admittance", "none", "aerodynamic admittance of the segments: " + ", ".join(ADMITTANCES)),
         text_parameter("decomposition", "full", "of the force: " + ", ".join(DECOMPOSITIONS)),
+        boolean_parameter(
+            "yaw_dependent_area", True, "areas of boxes are those shown at the platform's yaw; false: at zero yaw"
+        ),
         text_parameter(
             "segments",
             "",
-            "JSON object of columns position (m), area (m2), shape_coefficient; empty: six segments, 3000 m2",
+            "JSON object of columns position (m), area (m2), shape_coefficient and, where yaw changes the areas, plan "
+            "(length and width of the box that a segment is a part of, m); empty: six segments, 3000 m2",
         ),
         text_parameter(
             "boxes",

@@ -33,17 +33,19 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from tlpsim.loads.errors import StepError
-from tlpsim.loads.hydro.excitation import WaveLoads, _wave_forces
+from tlpsim.loads.hydro.excitation import _FORCE_ROWS, WaveLoads, _wave_forces
+from tlpsim.loads.hydro.linear_rows import linear_rows
 from tlpsim.loads.hydro.splash import splash_drag
 from tlpsim.loads.platform.integration import integrate
 from tlpsim.loads.platform.memory import DiscreteMemory
 from tlpsim.loads.platform.motion import METHODS, advance
 from tlpsim.loads.platform.state import PlatformState
 from tlpsim.loads.waves.elevation import ArmaSea
+from tlpsim.loads.waves.field import calm_water
 from tlpsim.loads.waves.sea import Sea
 from tlpsim.loads.wind.field import _FILTER as GUST_FILTER
 from tlpsim.loads.wind.field import SpeedField
-from tlpsim.loads.wind.force import DECOMPOSITIONS, WindLoads, _transformation
+from tlpsim.loads.wind.force import WindLoads, _wind_force
 
 if TYPE_CHECKING:
     from tlpsim.loads.simulation import Arrays, CoupledModel
@@ -57,24 +59,6 @@ _PHASES = 10**9  # time is resolved to this part of a sampling step of the gusts
 _CACHED_PHASES = 4096
 _WHOLE = 1e-9  # relative deviation from a whole number that is rounding
 _STATE = tuple(each.name for each in dataclasses.fields(PlatformState) if each.name != "memory_step")
-
-
-@njit(cache=True)
-def _wind_force(wind, fluctuation, velocity, yaw, force):  # type: ignore[no-untyped-def]
-    """Eqs. (1) to (3) of `tlpsim.loads.wind.force` into `force` (6,)."""
-    place, drag, mean, variance, heading, expanded, second_order = wind
-    transformation, along = _transformation(place, heading[0], heading[1], velocity, yaw)
-    force[:] = 0.0
-    for m in range(len(drag)):
-        gust, speed = fluctuation[m], mean[m]
-        if expanded:
-            local = speed * speed + variance[m] + 2.0 * speed * (gust - along[m])
-            local += second_order * (gust * gust - variance[m])
-        else:
-            relative = speed + gust - along[m]
-            local = relative * abs(relative)
-        for i in range(6):
-            force[i] += drag[m] * local * transformation[m, i]
 
 
 @njit(cache=True)
@@ -127,7 +111,7 @@ def _run(  # type: ignore[no-untyped-def]
     history, cursor, filters = state[-3], state[-2], state[-1]
     pairs, taps, past_velocity, past = distant
     tendons = len(tensions)
-    response = waves[-1]
+    response = waves[0][-1]
     turned = np.empty(amplitudes.shape[1], dtype=np.complex128)
     x, v, load = np.empty(6), np.empty(6), np.empty(6)
     saved, saved_filters = np.empty((4, 6)), np.empty(len(filters))
@@ -159,7 +143,7 @@ def _run(  # type: ignore[no-untyped-def]
             if splash[0].shape[0] > 0:
                 splash_drag(response, x, v, *splash, rows[7:13])
             for i in range(6):
-                load[i] = external[i] + wind_force[k, i] + rows[1 + i] + rows[7 + i] + rows[13 + i]
+                load[i] = external[i] + wind_force[k, i] + rows[1 + i] + rows[7 + i] + rows[13 + i] + rows[19 + i]
             if integrate(*state, load, h / substeps, substeps, beta, *platform) != 0:
                 return k
         motion[k, :6], motion[k, 6:12], motion[k, 12:18] = position, velocity, acceleration
@@ -360,21 +344,17 @@ def _owned(arrays: tuple[Any, ...]) -> tuple[Any, ...]:
 
 def _wind_arrays(wind: WindLoads | None) -> tuple[Any, ...]:
     if wind is None:
-        return (*_owned((np.zeros((0, 3)), *np.zeros((3, 0)), np.zeros(2))), False, 0.0)
-    drag = 0.5 * wind.air_density * wind.segments.area * wind.segments.shape_coefficient
-    heading = np.array([np.cos(wind.heading), np.sin(wind.heading)])
-    kind = next(name for name, force in DECOMPOSITIONS.items() if force is wind._local_force)
-    arrays = _owned((wind.segments.position, drag, wind.field.speed, wind.field.sampled_variance, heading))
-    return (*arrays, kind != "full", 1.0 if kind == "expanded" else 0.0)
+        return _owned((np.zeros((0, 3)), np.zeros((0, 2)), *np.zeros((3, 0)), np.zeros(2), np.zeros(0)))
+    return _owned(wind.arrays)
 
 
 def _wave_arrays(waves: WaveLoads | None) -> tuple[tuple[Any, ...], tuple[Any, ...], float]:
     """Arguments of the kernels of waves and of the splash zone, and the factor on the position."""
     dry = (np.zeros((0, 4), dtype=np.int64), np.zeros((0, 26)), np.zeros((0, 2)), np.zeros(7))
     if waves is None:
-        nothing = np.zeros((2, 0)), np.zeros((0, 7)), np.zeros((0, 8)), np.zeros((0, 6)), np.zeros(0), np.zeros(7)
-        return _owned(nothing), dry, 0.0
+        none = linear_rows(np.zeros((_FORCE_ROWS, 0), dtype=np.complex128), calm_water(water_depth=1.0))
+        return (_owned(none.arrays), *_owned((np.zeros((0, 8)), np.zeros((0, 6)), np.zeros((7, 6))))), dry, 0.0
     zone = waves._splash
-    arrays = waves._wavenumbers, waves._matrix, waves._strips, waves._weight, waves._shifted, waves._response
+    arrays = _owned(waves._rows.arrays), *_owned((waves._strips, waves._weight, waves._damping))
     splash = dry if zone is None else (zone.rows, zone.table, zone.current, zone.rule)
-    return _owned(arrays), _owned(splash), float(waves._position_factor)
+    return arrays, _owned(splash), float(waves._position_factor)

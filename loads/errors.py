@@ -24,5 +24,9 @@ class StepError(TlpsimError):
     """A component failed in a step, or gave a value that is not a finite number."""
 
 
+class DiscardError(StepError):
+    """A component computed none or only a part of a step, and says so; a smaller step may go."""
+
+
 class SolverError(TlpsimError):
     """A numerical method did not converge or was given an ill-posed problem."""

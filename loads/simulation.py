@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.compiled_loop import CompiledLoop
 from tlpsim.loads.errors import StepError
-from tlpsim.loads.hydro.excitation import WaveLoads
+from tlpsim.loads.hydro.excitation import PARTS, ROWS, WaveLoads
 from tlpsim.loads.platform.motion import PlatformModel, advance, initial_state
 from tlpsim.loads.platform.state import PlatformState, fit_history
 from tlpsim.loads.wind.force import WindLoads
@@ -41,8 +41,6 @@ BLOCK = 2000
 """Steps of one record."""
 _COMPARED = 5  # steps that both forms of the loop take
 _ROUNDING = 1e-9  # relative difference of the two forms
-_WAVE_PARTS = {"diffraction": slice(1, 7), "viscous": slice(7, 13), "drift": slice(13, 19)}
-_WAVE_ROWS = 19  # elevation and the parts, as `_wave_forces` has them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,25 +201,25 @@ class Arrays:
         self.fluctuation = np.zeros((count, 0 if model.wind is None else len(model.wind.segments.area)))
         self.motion = np.empty((count, 18 + 2 * len(model.platform.tendons.pretension)))
         self.wind = np.empty((count, 6))
-        self.waves = np.empty((count, _WAVE_ROWS))
+        self.waves = np.empty((count, ROWS))
 
 
 def _loads(
     model: CoupledModel, time: float, position: FloatArray, velocity: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Wind force (6,), and elevation and parts of the wave force (19,)."""
+    """Wind force (6,), and elevation and parts of the wave force (25,)."""
     wind = np.zeros(6) if model.wind is None else model.wind.evaluate(time, velocity, float(position[5]))
-    waves = np.zeros(_WAVE_ROWS)
+    waves = np.zeros(ROWS)
     if model.waves is not None:
         forces = model.waves.evaluate(time, position, velocity)
         waves[0] = forces.elevation
-        for name, part in _WAVE_PARTS.items():
+        for name, part in PARTS.items():
             waves[part] = getattr(forces, name)
     return wind, waves
 
 
 def _sum(waves: FloatArray) -> FloatArray:
-    return np.asarray(sum(waves[..., part] for part in _WAVE_PARTS.values()))
+    return np.asarray(sum(waves[..., part] for part in PARTS.values()))
 
 
 def _first_record(model: CoupledModel, state: PlatformState) -> Record:
@@ -255,7 +253,7 @@ def _record(model: CoupledModel, first: int, arrays: Arrays) -> Record:
         wind_force=arrays.wind,
         wind_speed=speed,
         wave_force=_sum(waves),
-        wave_parts={name: waves[:, part] for name, part in _WAVE_PARTS.items()},
+        wave_parts={name: waves[:, part] for name, part in PARTS.items()},
         elevation=waves[:, 0],
     )
 

@@ -272,6 +272,27 @@ def optimal_filter(half_width: int, band: float, floor: float = 1e-8, name: str 
     return InterpolationFilter(name=name, before=half_width, after=half_width, weights=weights)
 
 
+def hermite_weights(derivatives: int, phase: float, step: float) -> FloatArray:
+    """Weights of the Hermite polynomial through values and known time derivatives at both ends of a segment.
+
+    Parameters
+    ----------
+    derivatives
+        1 for the cubic polynomial, 2 for the quintic one.
+    phase
+        Time since the start of the segment over its length, in [0, 1].
+    step
+        Length of the segment in s.
+
+    Returns
+    -------
+    Shape (derivatives + 1, 2): row d multiplies the d-th derivative at the start and at the end.
+    """
+    basis = {1: _CUBIC_HERMITE, 2: _QUINTIC_HERMITE}[derivatives]
+    values = basis @ phase ** np.arange(basis.shape[1])
+    return np.asarray(values.reshape(2, derivatives + 1).T * (step ** np.arange(derivatives + 1))[:, np.newaxis])
+
+
 _HOLD = _polynomial_filter("hold", 1, np.array([[1.0]]))
 _LINEAR = _polynomial_filter("linear", 1, np.array([[1.0, 0.0], [-1.0, 1.0]]))
 # The cubic filter (R. Keys, IEEE Transactions on Acoustics, Speech and Signal Processing 29, 1981,
@@ -304,6 +325,18 @@ SYMMETRIC: dict[str, InterpolationFilter] = {
 Those whose names are in `CAUSAL` as well have a causal counterpart, which takes their place where there is
 nothing to look ahead to; the others have none.
 """
+
+
+HERMITE: dict[int, InterpolationFilter] = {
+    derivatives: InterpolationFilter(
+        name=name,
+        before=1,
+        after=1,
+        weights=lambda phase, derivatives=derivatives: hermite_weights(derivatives, phase, 1.0),
+    )
+    for derivatives, name in ((1, "cubic"), (2, "quintic"))
+}
+"""Hermite polynomials by the number of known derivatives; their weights, see `hermite_weights`, are for a step of 1 s."""
 
 
 def interpolate(interpolation_filter: InterpolationFilter, samples: ArrayLike, ratio: int) -> FloatArray:

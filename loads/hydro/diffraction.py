@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase
+from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer
 from tlpsim.loads.constants import STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.waves.airy import wavenumber
@@ -105,8 +106,16 @@ def _sorted(heading: FloatArray, force: ComplexArray) -> tuple[FloatArray, Compl
     return turned[chosen], force[chosen]
 
 
-def at_heading(headings: FloatArray, forces: ComplexArray, heading: float) -> ComplexArray:
-    """Force (frequencies, 6) at one heading in rad, eq. (2), or that of the database where it has this heading."""
+def at_heading(
+    headings: FloatArray, forces: ComplexArray, heading: float, name: str = "the hydrodynamic database"
+) -> ComplexArray:
+    """Force (frequencies, 6) at one heading in rad, eq. (2), or that of the database where it has this heading.
+
+    Raises
+    ------
+    ScenarioError
+        If neither the heading nor headings to interpolate it from are there; `name` is what the message calls the data.
+    """
     distance = np.abs(np.angle(np.exp(1j * (headings - heading))))
     nearest = int(np.argmin(distance))
     if distance[nearest] < _SAME_HEADING:
@@ -115,7 +124,7 @@ def at_heading(headings: FloatArray, forces: ComplexArray, heading: float) -> Co
     step = 2.0 * np.pi / count
     if step > LARGEST_HEADING_STEP or np.max(np.abs(headings - headings[0] - step * np.arange(count))) > _SAME_HEADING:
         raise ScenarioError(
-            f"the hydrodynamic database has headings {_listed(headings)}° (with those that symmetry gives), not the "
+            f"{name} has headings {_listed(headings)}° (with those that symmetry gives), not the "
             f"{np.degrees(heading):.4g}° of the waves; compute it for that heading, or for headings that go round the "
             f"circle in equal steps of at most {np.degrees(LARGEST_HEADING_STEP):g}°"
         )
@@ -123,7 +132,7 @@ def at_heading(headings: FloatArray, forces: ComplexArray, heading: float) -> Co
     phase = np.exp(1j * order * (heading - headings[0]))
     if count % 2 == 0:
         phase[count // 2] = phase[count // 2].real  # the highest order stands for both signs
-    return np.asarray(np.tensordot(phase, np.fft.fft(forces, axis=0) / count, axes=1))
+    return np.asarray(np.tensordot(np.fft.fft(phase) / count, forces, axes=1))
 
 
 def _listed(headings: FloatArray) -> str:
@@ -193,7 +202,7 @@ def _of_sea(database: HydrodynamicDatabase, sea: Sea) -> ComplexArray:
 
 
 def require_site(
-    database: HydrodynamicDatabase,
+    database: HydrodynamicDatabase | QuadraticTransfer,
     *,
     depth: float,
     density: float,
@@ -205,6 +214,8 @@ def require_site(
 
     Parameters
     ----------
+    database
+        Of a hull, or its quadratic transfer function.
     depth, density, gravity
         Of the site, m, kg/m³ and m/s².
     frequency
@@ -248,7 +259,9 @@ def band_of_energy(state: SeaState) -> tuple[float, float]:
     return float(grid[low]), float(grid[high])
 
 
-def require_coverage(database: HydrodynamicDatabase, state: SeaState, name: str = "the hydrodynamic database") -> None:
+def require_coverage(
+    database: HydrodynamicDatabase | QuadraticTransfer, state: SeaState, name: str = "the hydrodynamic database"
+) -> None:
     """Check that a database covers the frequencies at which the waves of a sea have their energy.
 
     Raises
@@ -262,6 +275,6 @@ def require_coverage(database: HydrodynamicDatabase, state: SeaState, name: str 
         raise ScenarioError(
             f"{name} covers {have[0]:.4g} to {have[1]:.4g} Hz ({database.omega[0]:.4g} to {database.omega[-1]:.4g} "
             f"rad/s), but the waves have their energy from {low:.4g} to {high:.4g} Hz "
-            f"({2.0 * np.pi * low:.4g} to {2.0 * np.pi * high:.4g} rad/s); compute the database for that range, or "
+            f"({2.0 * np.pi * low:.4g} to {2.0 * np.pi * high:.4g} rad/s); compute it for that range, or "
             "lower the highest wave frequency"
         )

@@ -42,6 +42,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -51,8 +52,9 @@ from scipy.interpolate import CubicSpline
 from tlpsim.loads.bem.database import HydrodynamicDatabase
 from tlpsim.loads.bem.drift_damping import wave_drift_damping as aranha
 from tlpsim.loads.bem.quadratic import newman
+from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer, adjoint
 from tlpsim.loads.checks import require_positive
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
+from tlpsim.loads.constants import HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.diffraction import LARGEST_HEADING_STEP, TAPER, at_heading, round_the_circle
 from tlpsim.loads.waves.elevation import transition
@@ -61,14 +63,13 @@ from tlpsim.loads.waves.sea import SeaState
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-LARGEST_ASYMMETRY = 0.02
-"""Of T_ij - T_ji*, relative to the largest T of a component, above which a table is refused."""
 SPECTRUM_STEP = 5e-4
 """Hz, of the frequencies of eqs. (2), (3)."""
 
 _NOTHING = 1e-9  # of the largest component: below it there is only rounding
 _HIGHEST = 1.1  # of the highest frequency of the waves, where they have faded out
 _FEWEST_FREQUENCIES = 2
+_TABLE = "the quadratic transfer function"
 
 
 class Waves(NamedTuple):
@@ -80,62 +81,6 @@ class Waves(NamedTuple):
 
 Kernel = Callable[[Waves, Waves, int], ComplexArray]
 """T of eq. (1) of first (N,) and second waves (L,) and a degree of freedom, (N, L), N/m² or N·m/m²."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QuadraticTransfer:
-    """Difference-frequency quadratic transfer function about the origin, as eq. (1) has it.
-
-    Parameters
-    ----------
-    omega
-        Shape (n,), rad/s, ascending.
-    heading
-        Shape (h,), rad.
-    transfer
-        Shape (h, n, n, 6) with both waves of one heading, or (h, h, n, n, 6) of all pairs; the first wave's index comes
-        first. N/m² and N·m/m².
-
-    Raises
-    ------
-    ScenarioError
-        If the shapes do not fit, a value is not finite, or T_ij is not T_ji*.
-    """
-
-    omega: FloatArray
-    heading: FloatArray
-    transfer: ComplexArray
-
-    def __post_init__(self) -> None:
-        count, headings = len(self.omega), len(self.heading)
-        shapes = ((headings, count, count, 6), (headings, headings, count, count, 6))
-        if np.shape(self.transfer) not in shapes:
-            raise ScenarioError(
-                f"quadratic transfer function has shape {np.shape(self.transfer)}; {headings} headings and {count} "
-                f"frequencies need {shapes[0]}, or {shapes[1]} of pairs of headings"
-            )
-        if count < _FEWEST_FREQUENCIES or np.any(np.diff(self.omega) <= 0.0) or not self.omega[0] > 0.0:
-            raise ScenarioError(
-                f"frequencies of the quadratic transfer function are {np.array2string(self.omega, threshold=6)} rad/s; "
-                f"at least {_FEWEST_FREQUENCIES}, positive and ascending, are needed"
-            )
-        if not np.all(np.isfinite(self.transfer)):
-            raise ScenarioError("quadratic transfer function holds values that are not finite; compute them")
-        gap = np.max(np.abs(self.transfer - _adjoint(self.transfer)), axis=tuple(range(self.transfer.ndim - 1)))
-        largest = np.max(np.abs(self.transfer), axis=tuple(range(self.transfer.ndim - 1)))
-        bad = gap > LARGEST_ASYMMETRY * np.maximum(largest, _NOTHING * np.max(largest, initial=0.0))
-        if np.any(bad):
-            name = DEGREES_OF_FREEDOM[int(np.argmax(bad))]
-            raise ScenarioError(
-                f"quadratic transfer function: T_ij and T_ji* differ in {name} by {gap[bad][0]:.3g}, of at most "
-                f"{largest[bad][0]:.3g}; give T of all ordered pairs, amplitudes exp(+i omega t), first index not "
-                "conjugated"
-            )
-
-
-def _adjoint(transfer: ComplexArray) -> ComplexArray:
-    swapped = np.swapaxes(transfer, -3, -2).conj()
-    return np.swapaxes(swapped, 0, 1) if transfer.ndim == 5 else swapped
 
 
 def completed_drift(database: HydrodynamicDatabase) -> tuple[FloatArray, FloatArray]:
@@ -216,25 +161,21 @@ def newman_kernel(database: HydrodynamicDatabase, mean: str = "arithmetic") -> K
 def quadratic_kernel(table: QuadraticTransfer) -> Kernel:
     """T of a table at the waves of a sea; for pairs of headings by eq. (5) unless the table has them."""
     count = len(table.omega)
-    transfer = _without_rounding(0.5 * (table.transfer + _adjoint(table.transfer)))
+    transfer = _without_rounding(0.5 * (table.transfer + adjoint(table.transfer)))
     if table.transfer.ndim == 5:
         return lambda first, second, component: _blocks(
             table.omega, first, second, lambda a, b: _of_pair(table.heading, transfer[..., component], a, b)
         )
     headings, flat = round_the_circle(table.heading, transfer.reshape(len(table.heading), count * count, 6))
     whole = flat.reshape(len(headings), count, count, 6)
-
-    def kernel(first: Waves, second: Waves, component: int) -> ComplexArray:
-        part = whole[..., component]
-        values = np.unique(np.concatenate([first.heading, second.heading]))
-        at = {float(value): at_heading(headings, part, float(value)) for value in values}
-        return _blocks(table.omega, first, second, lambda a, b: 0.5 * (at[a] + at[b]))
-
-    return kernel
+    at = cache(partial(at_heading, headings, whole, name=_TABLE))
+    return lambda first, second, component: _blocks(
+        table.omega, first, second, lambda a, b: 0.5 * (at(a)[..., component] + at(b)[..., component])
+    )
 
 
 def _of_pair(headings: FloatArray, transfer: ComplexArray, first: float, second: float) -> ComplexArray:
-    return at_heading(headings, at_heading(headings, transfer, first), second)
+    return at_heading(headings, at_heading(headings, transfer, first, _TABLE), second, _TABLE)
 
 
 def _blocks(
@@ -313,6 +254,24 @@ def mean_drift_force(database: HydrodynamicDatabase, state: SeaState, step: floa
     return result
 
 
+def mean_quadratic_force(kernel: Kernel, state: SeaState, step: float = SPECTRUM_STEP) -> FloatArray:
+    """Mean of the slow drift of a sea, eq. (2), shape (6,), N and N·m, from the diagonal of T.
+
+    Parameters
+    ----------
+    kernel, state, step
+        As for `drift_spectrum`.
+    """
+    frequency, density = _acting(state, step)
+    parts = state.spread()
+    result = np.zeros(6)
+    for share, heading in zip(parts.share, parts.heading, strict=True):
+        waves = Waves(2.0 * np.pi * frequency, np.full(len(frequency), heading))
+        diagonal = np.array([np.diagonal(kernel(waves, waves, component)).real for component in range(6)])
+        result += 2.0 * share * step * (diagonal @ density)
+    return result
+
+
 def drift_spectrum(kernel: Kernel, state: SeaState, step: float = SPECTRUM_STEP) -> DriftSpectrum:
     """Mean and spectrum of the slow drift of a sea without any filter, eqs. (2) and (3).
 
@@ -330,17 +289,18 @@ def drift_spectrum(kernel: Kernel, state: SeaState, step: float = SPECTRUM_STEP)
     parts = state.spread()
     trains = [Waves(2.0 * np.pi * frequency, np.full(count, value)) for value in parts.heading]
     result = np.zeros((6, count))
-    mean = np.zeros(6)
     for component in range(6):
         for m, first in enumerate(trains):
             for n, second in enumerate(trains):
                 matrix = kernel(first, second, component)
-                if m == n:
-                    mean[component] += 2.0 * parts.share[m] * step * np.sum(density * np.diagonal(matrix).real)
                 energy = np.abs(matrix) ** 2 * (8.0 * parts.share[m] * parts.share[n] * step)
                 energy *= density[:, None] * density
                 result[component] += [np.trace(energy, offset=k) for k in range(count)]
-    return DriftSpectrum(frequency=np.asarray(step * np.arange(count), dtype=np.float64), density=result, mean=mean)
+    return DriftSpectrum(
+        frequency=np.asarray(step * np.arange(count), dtype=np.float64),
+        density=result,
+        mean=mean_quadratic_force(kernel, state, step),
+    )
 
 
 def wave_drift_damping(database: HydrodynamicDatabase, state: SeaState, step: float = SPECTRUM_STEP) -> FloatArray:

@@ -3,6 +3,7 @@
     [eta; F; u] = Re{sum_n H_n exp(-i k_n (X cos beta_n + Y sin beta_n)) a_n(t)}                     (1)
     F_drag = sum_s [e; r x e] 0.5 rho C_D w l |u_r| u_r,   u_r = u + U_current - v                   (2)
     F_drift = F_0 + sum_r W_r |z_r|²,   z_r = sum_n G_rn exp(-i k_n (X cos beta_n + Y sin beta_n)) a_n(t)  (3)
+    F_damping = -B (v - U)                                                                           (4)
 
 a_n are the amplitudes of any linear sea (`tlpsim.loads.waves.sea`): of harmonic components, or those by which an
 elevation from a digital filter is convolved with the kernels of all rows of H. (X, Y) is the horizontal position of
@@ -10,12 +11,16 @@ the platform, or the origin: taking the waves at the displaced position is exact
 linear wave is a change of its phase, and a platform that moves slowly through the waves meets them at the frequency of
 encounter. Turning of the strips is neglected. F is any first-order force given by its transfer function, Morison's
 inertia force unless another one is given. All rows of eq. (1), and of eq. (3) as z_r and its quadrature, are one real
-matrix, so that a call is one matrix-vector product and one pass over the strips, in a compiled loop whose order of
-summation is fixed: a run repeats bit for bit whatever the linear algebra library.
+matrix (`tlpsim.loads.hydro.linear_rows`), so that a call is one product with it and one pass over the strips.
 
 Drag acts up to mean water level, at the middle of fixed strips; or up to the instantaneous surface, with stretched
 kinematics and the platform's heave, roll and pitch in the water line (`tlpsim.loads.hydro.splash`). The current changes
 the waves only where that is asked for (`tlpsim.loads.waves.doppler`).
+
+B of eq. (4) is wave drift damping, the mean for the sea (`tlpsim.loads.hydro.drift.wave_drift_damping`): the drift of
+eq. (3) is that of a hull without speed. It acts on the whole velocity v. Of the motion at wave frequencies it takes
+what is small beside inertia, so no filter tells the slow part. U is the current at the surface where the waves ride on
+it, and zero elsewhere.
 """
 
 import math
@@ -29,6 +34,7 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.constants import SEA_WATER_DENSITY
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.hydro.linear_rows import evaluate_rows, linear_rows
 from tlpsim.loads.hydro.morison import (
     DEFAULT_STRIP_LENGTH,
     Members,
@@ -46,8 +52,11 @@ from tlpsim.loads.waves.sea import Sea
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+PARTS = {"diffraction": slice(1, 7), "viscous": slice(7, 13), "drift": slice(13, 19), "drift_damping": slice(19, 25)}
+"""Where the kernel puts each part of the force; the elevation comes first."""
+ROWS = 25
+"""Length of what the kernel gives."""
 _FORCE_ROWS = 7  # elevation and six first-order forces come before the other rows
-_BLOCK = 4  # components that `_linear_rows` adds in one pass
 
 
 class QuadraticFilters(Protocol):
@@ -80,12 +89,20 @@ class WaveForces:
         Of the undisturbed water at the point that the phases refer to, m.
     drift
         Second-order force and moment, eq. (3), shape (6,), N and N·m; zero where no filters are given.
+    drift_damping
+        Force and moment of eq. (4), shape (6,), N and N·m; zero where no matrix is given.
     """
 
     diffraction: FloatArray
     viscous: FloatArray
     elevation: float
     drift: FloatArray
+    drift_damping: FloatArray
+
+    @property
+    def total(self) -> FloatArray:
+        """Sum of the parts, shape (6,), N and N·m."""
+        return self.diffraction + self.viscous + self.drift + self.drift_damping
 
 
 def _current_velocity(speed: float, heading: float) -> FloatArray:
@@ -141,40 +158,17 @@ def mean_current_force(
 
 
 @njit(cache=True)
-def _linear_rows(amplitudes, x, y, wavenumbers, matrix, shifted, response):  # type: ignore[no-untyped-def]
-    """Eq. (1) into `response` (rows,).
-
-    `wavenumbers` holds k cos beta and k sin beta as rows; `matrix` the real and the negative imaginary part of H as
-    columns of 2N rows; `shifted` is room for the amplitudes at (x, y). N is filled up by zeros to a multiple of four.
-    """
-    for n in range(len(amplitudes)):
-        angle = wavenumbers[0, n] * x + wavenumbers[1, n] * y
-        cosine, sine = math.cos(angle), math.sin(angle)
-        shifted[2 * n] = amplitudes[n].real * cosine + amplitudes[n].imag * sine
-        shifted[2 * n + 1] = amplitudes[n].imag * cosine - amplitudes[n].real * sine
-    response[:] = 0.0
-    for first in range(0, len(shifted), 8):
-        a, b, c, d, e, f, g, h = shifted[first : first + 8]
-        block = matrix[first : first + 8]
-        for row in range(len(response)):
-            # Four components in one pass, added one after the other, as a plain sum over n has it.
-            total = response[row] + (block[0, row] * a + block[1, row] * b)
-            total = total + (block[2, row] * c + block[3, row] * d)
-            total = total + (block[4, row] * e + block[5, row] * f)
-            response[row] = total + (block[6, row] * g + block[7, row] * h)
-
-
-@njit(cache=True)
 def _wave_forces(  # type: ignore[no-untyped-def]
-    amplitudes, x, y, velocity, wavenumbers, matrix, strips, weight, shifted, response, result
+    amplitudes, x, y, velocity, rows, strips, weight, damping, result
 ):
-    """Eq. (1) to (3): elevation, first-order force (6), drag (6) and drift (6), into `result` (19,).
+    """Eq. (1) to (4): elevation, and the forces of `PARTS`, into `result` (25,).
 
     `strips` holds the projection (6), the current and the drag factor of each transverse axis; `weight` W of eq. (3)
-    and F_0 as its last row, shape (R + 1, 6) or none; the rows of z follow those of the strips; `shifted` and
-    `response` are room for amplitudes and rows.
+    and F_0 as its last row, shape (R + 1, 6) or none; the rows of z follow those of the strips; `damping` the negative
+    B of eq. (4) by columns, and B U, shape (7, 6); `rows` is `LinearRows.arrays`.
     """
-    _linear_rows(amplitudes, x, y, wavenumbers, matrix, shifted, response)
+    evaluate_rows(amplitudes, x, y, *rows)
+    response = rows[-1]
     result[:] = 0.0
     for row in range(7):
         result[row] = response[row]
@@ -198,6 +192,10 @@ def _wave_forces(  # type: ignore[no-untyped-def]
         square = in_phase * in_phase + quadrature * quadrature
         for dof in range(6):
             result[13 + dof] += weight[r, dof] * square
+    result[19:25] = damping[6]
+    for column in range(6):
+        for dof in range(6):
+            result[19 + dof] += damping[column, dof] * velocity[column]
 
 
 def _quadratic_rows(drift: QuadraticFilters | None, count: int) -> tuple[ComplexArray, FloatArray]:
@@ -216,6 +214,17 @@ def _quadratic_rows(drift: QuadraticFilters | None, count: int) -> tuple[Complex
     rows = np.empty((2 * len(transfer), count), dtype=np.complex128)
     rows[0::2], rows[1::2] = transfer, -1j * transfer
     return rows, np.vstack([weight.T, constant])
+
+
+def _damping_rows(damping: FloatArray | None, current: FloatArray) -> FloatArray:
+    """Of eq. (4): columns of -B, and B U for a current U (3,), shape (7, 6)."""
+    matrix = np.zeros((6, 6)) if damping is None else np.asarray(damping, dtype=np.float64)
+    if matrix.shape != (6, 6) or not np.all(np.isfinite(matrix)):
+        raise ScenarioError(
+            f"wave drift damping has shape {matrix.shape} or holds a value that is not finite; give a matrix (6, 6), "
+            "such as that of wave_drift_damping"
+        )
+    return np.vstack([-matrix.T, matrix[:, :3] @ current])
 
 
 class WaveLoads:
@@ -251,6 +260,8 @@ class WaveLoads:
     drift
         Quadratic filters of the drift force for the components of `sea`; with `doppler`, made for the sea that
         `tlpsim.loads.waves.doppler.sea_in_current` gives.
+    drift_damping
+        B of eq. (4), shape (6, 6), N·s/m, N·s and N·m·s.
 
     Raises
     ------
@@ -275,6 +286,7 @@ class WaveLoads:
         largest_elevation: float = DEFAULT_LARGEST_ELEVATION,
         doppler: bool = False,
         drift: QuadraticFilters | None = None,
+        drift_damping: FloatArray | None = None,
     ) -> None:
         self.sea = sea
         self.strips: Strips = divide(members, strip_length, water_density)
@@ -286,10 +298,9 @@ class WaveLoads:
         )
         # A factor on the position rather than a branch in the kernel.
         self._position_factor = 1.0 if displaced_position else 0.0
-        self._wavenumbers = np.vstack(
-            [waves.wavenumber * np.cos(waves.heading), waves.wavenumber * np.sin(waves.heading)]
-        )
         quadratic, self._weight = _quadratic_rows(drift, len(waves.wavenumber))
+        flow = current_velocity(profile, np.zeros(1))[0] if doppler else np.zeros(3)
+        self._damping = _damping_rows(drift_damping, flow)
         first = [np.ones((1, len(waves.wavenumber))), self.excitation_transfer]
         self._splash: SplashZone | None = None
         if splash:
@@ -308,12 +319,7 @@ class WaveLoads:
         else:
             self._strips = np.column_stack([self.strips.projection, on_strips, self.strips.drag])
             rows = np.vstack([*first, strip_velocity_transfer(self.strips, waves), quadratic])
-        # Zeros fill the last block of components.
-        self._matrix = np.zeros((2 * (-(-len(waves.wavenumber) // _BLOCK) * _BLOCK), len(rows)))
-        self._matrix[0 : 2 * rows.shape[1] : 2] = rows.real.T
-        self._matrix[1 : 2 * rows.shape[1] : 2] = -rows.imag.T
-        self._shifted = np.zeros(len(self._matrix))
-        self._response = np.zeros(len(rows))
+        self._rows = linear_rows(rows, waves)
 
     def evaluate(self, time: float, position: FloatArray, velocity: FloatArray) -> WaveForces:
         """Forces at `time`.
@@ -325,27 +331,21 @@ class WaveLoads:
         position, velocity
             Surge, sway, heave, roll, pitch, yaw and their rates, shape (6,), contiguous, m, rad and per second.
         """
-        result = np.empty(_FORCE_ROWS + 12)
+        result = np.empty(ROWS)
         _wave_forces(
             self.sea.amplitudes(time),
             self._position_factor * position[0],
             self._position_factor * position[1],
             velocity,
-            self._wavenumbers,
-            self._matrix,
+            self._rows.arrays,
             self._strips,
             self._weight,
-            self._shifted,
-            self._response,
+            self._damping,
             result,
         )
-        viscous = result[_FORCE_ROWS : _FORCE_ROWS + 6]
         zone = self._splash
         if zone is not None:
-            splash_drag(self._response, position, velocity, zone.rows, zone.table, zone.current, zone.rule, viscous)
-        return WaveForces(
-            diffraction=result[1:_FORCE_ROWS],
-            viscous=viscous,
-            elevation=float(result[0]),
-            drift=result[_FORCE_ROWS + 6 :],
-        )
+            viscous = result[PARTS["viscous"]]
+            response = self._rows.response
+            splash_drag(response, position, velocity, zone.rows, zone.table, zone.current, zone.rule, viscous)
+        return WaveForces(elevation=float(result[0]), **{name: result[part] for name, part in PARTS.items()})

@@ -12,6 +12,7 @@ That is right for the tether modes; slow modes carry more added mass, of which t
 TLP's surge period is 102.9 s with it and 98.4 s by M alone).
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,9 @@ LARGEST_INCREMENTS = 64
 ROUND_OFF = 1e-9
 """of the highest squared frequency, 1/s²"""
 LARGEST_ITERATION = 30
+LARGEST_REPETITION = 50
+YAW_TOLERANCE = 1e-9
+"""rad, between two repetitions of an equilibrium under a load that changes with yaw"""
 
 
 def potential_energy(model: PlatformModel, pose: NDArray[Any]) -> Any:
@@ -141,14 +145,17 @@ def require_upright(model: PlatformModel) -> None:
         )
 
 
-def static_equilibrium(model: PlatformModel, force: ArrayLike, start: ArrayLike = (0.0,) * 6) -> NDArray[np.float64]:
-    """Pose at rest under a constant load.
+def static_equilibrium(
+    model: PlatformModel, force: ArrayLike | Callable[[float], ArrayLike], start: ArrayLike = (0.0,) * 6
+) -> NDArray[np.float64]:
+    """Pose at rest under a constant load, or one that changes with yaw.
 
-    The load goes on at once and, where Newton's method does not converge so, in 2, 4, ... 64 increments.
+    The load goes on at once and, where Newton's method does not converge so, in 2, 4, ... 64 increments. A load that
+    changes with yaw is taken at the yaw of the last pose, again and again until that stands still.
 
     Parameters
     ----------
-    force : (6,) N, N·m, earth-fixed, about the reference point.
+    force : (6,) N, N·m, earth-fixed, about the reference point; or a function of yaw (rad) that gives it.
     start : (6,) m, rad, first guess; held degrees of freedom stay there.
 
     Returns
@@ -160,15 +167,26 @@ def static_equilibrium(model: PlatformModel, force: ArrayLike, start: ArrayLike 
     SolverError
         When no equilibrium is found.
     """
+    if callable(force):
+        pose = _pose(start)
+        for _ in range(LARGEST_REPETITION):
+            yaw = float(pose[5])
+            pose = static_equilibrium(model, force(yaw), pose)
+            if abs(pose[5] - yaw) <= YAW_TOLERANCE:
+                return pose
+        raise SolverError(
+            f"static equilibrium: yaw, now {pose[5]:.6g} rad, still changes by more than {YAW_TOLERANCE:g} rad after "
+            f"{LARGEST_REPETITION} repetitions, as the load turns with it: check where the load acts"
+        )
     load, origin = fixed_array(force, (6,), "static force"), _pose(start)
     increments = 1
     while increments <= LARGEST_INCREMENTS:
-        pose: NDArray[np.float64] | None = origin
+        found: NDArray[np.float64] | None = origin
         for number in range(1, increments + 1):
-            if pose is not None:
-                pose = _newton(model, load * (number / increments), pose)
-        if pose is not None:
-            return pose
+            if found is not None:
+                found = _newton(model, load * (number / increments), found)
+        if found is not None:
+            return found
         increments *= 2
     raise SolverError(
         f"platform has no equilibrium near {origin} under the load {load}, "

@@ -182,7 +182,7 @@ class StillAir:
             If the time is negative or not finite.
         """
         _check_time(time)
-        return self.speed
+        return np.zeros(len(self.speed))
 
     def get_state(self) -> ProcessState:
         """Snapshot that holds nothing."""

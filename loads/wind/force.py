@@ -4,19 +4,20 @@
     F = sum_m T_m f_m,   T_m = [d; r_m x d],   v_m = T_m^T X'                                        (2)
 
 d is the unit vector of the wind, r_m the position of a segment relative to the platform's reference point, turned
-with the platform's yaw, and v_m the velocity of that point along the wind from all six rates. The sign in eq. (1),
-where the paper has a square, matters only when the wind reverses. Without it eq. (1) is the sum of
+with the platform's yaw, and v_m the velocity of that point along the wind from all six rates. The area A_m is that at
+the platform's yaw, eq. (2) of `tlpsim.loads.wind.segments`. The sign in eq. (1), where the paper has a square,
+matters only when the wind reverses. Without it eq. (1) is the sum of
 
     mean            D_m (U_m² + sigma_m²)                                                            (3)
     exciting        2 D_m U_m u_m
     damping         -2 D_m U_m v_m
     second order    D_m (u_m² - sigma_m²)
 
-and of D_m (v_m² - 2 u_m v_m), which Fig. 2 leaves out.
+and of D_m (v_m² - 2 u_m v_m), which Fig. 2 leaves out. The wind itself, its coherence and its admittance, is that at
+the segments at zero yaw.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,15 +36,27 @@ FloatArray = NDArray[np.float64]
 DEFAULT_AIR_DENSITY = 1.225
 
 
+DECOMPOSITIONS: dict[str, tuple[float, ...]] = {
+    "full": (),
+    "expanded": (1.0, 1.0, 1.0, 1.0),
+    "linear": (1.0, 1.0, 1.0, 0.0),
+}
+"""Weights of the terms of eq. (3): none for eq. (1) itself, all four, and the first three, as the paper keeps them."""
+_MEAN = (1.0, 0.0, 0.0, 0.0)
+
+
 @njit(cache=True)
-def _transformation(
-    position: FloatArray, cosine: float, sine: float, velocity: FloatArray, yaw: float
-) -> tuple[FloatArray, FloatArray]:
-    """T_m^T (n, 6) and v_m (n,) of eq. (2); `cosine` and `sine` are those of the wind's heading."""
+def _turned(
+    position: FloatArray, plan: FloatArray, cosine: float, sine: float, velocity: FloatArray, yaw: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """T_m^T (n, 6) and v_m (n,) of eq. (2), and areas over those at zero yaw (n,); `cosine`, `sine` of the heading."""
     count = len(position)
     transformation = np.empty((count, 6))
     along = np.empty(count)
+    shown = np.ones(count)
     yaw_cosine, yaw_sine = math.cos(yaw), math.sin(yaw)
+    across = abs(sine * yaw_cosine - cosine * yaw_sine)
+    facing = abs(cosine * yaw_cosine + sine * yaw_sine)
     # Angular velocity from the rates of roll, pitch and yaw; the tilt of the deck itself is neglected.
     rate_x = yaw_cosine * velocity[3] - yaw_sine * velocity[4]
     rate_y = yaw_sine * velocity[3] + yaw_cosine * velocity[4]
@@ -54,63 +67,49 @@ def _transformation(
         z = position[m, 2]
         arm_x, arm_y, arm_z = -z * sine, z * cosine, x * sine - y * cosine
         along[m] = velocity[0] * cosine + velocity[1] * sine + rate_x * arm_x + rate_y * arm_y + rate_z * arm_z
+        breadth = plan[m, 0] * abs(sine) + plan[m, 1] * abs(cosine)
+        if breadth > 0.0:
+            shown[m] = (plan[m, 0] * across + plan[m, 1] * facing) / breadth
         transformation[m, 0] = cosine
         transformation[m, 1] = sine
         transformation[m, 2] = 0.0
         transformation[m, 3] = arm_x
         transformation[m, 4] = arm_y
         transformation[m, 5] = arm_z
-    return transformation, along
+    return transformation, along, shown
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LocalWind:
-    """Wind at n segments at one time; every array of shape (n,).
-
-    Parameters
-    ----------
-    drag
-        D, kg/m.
-    mean, variance
-        U and sigma², m/s and m²/s².
-    fluctuation
-        u, m/s.
-    along
-        v, velocity of the segment along the wind, m/s.
-    """
-
-    drag: FloatArray
-    mean: FloatArray
-    variance: FloatArray
-    fluctuation: FloatArray
-    along: FloatArray
+@njit(cache=True)
+def _wind_force(wind, fluctuation, velocity, yaw, force):  # type: ignore[no-untyped-def]
+    """Eqs. (1) to (3) into `force` (6,), N and N·m; `wind` as of `_kernel_arrays`, `fluctuation` (n,) m/s."""
+    position, plan, drag, mean, variance, heading, weights = wind
+    transformation, along, shown = _turned(position, plan, heading[0], heading[1], velocity, yaw)
+    force[:] = 0.0
+    for m in range(len(drag)):
+        gust, speed = fluctuation[m], mean[m]
+        if len(weights) == 0:
+            relative = speed + gust - along[m]
+            local = relative * abs(relative)
+        else:
+            local = weights[0] * (speed * speed + variance[m]) + weights[3] * (gust * gust - variance[m])
+            local += 2.0 * speed * (weights[1] * gust - weights[2] * along[m])
+        for i in range(6):
+            force[i] += drag[m] * shown[m] * local * transformation[m, i]
 
 
-def _full(wind: LocalWind) -> FloatArray:
-    """Eq. (1)."""
-    relative = wind.mean + wind.fluctuation - wind.along
-    return wind.drag * relative * np.abs(relative)
-
-
-def _terms(wind: LocalWind) -> FloatArray:
-    """The four terms of eq. (3), shape (4, n)."""
-    steep = 2.0 * wind.drag * wind.mean
-    return np.stack(
-        [
-            wind.drag * (wind.mean**2 + wind.variance),
-            steep * wind.fluctuation,
-            -steep * wind.along,
-            wind.drag * (wind.fluctuation**2 - wind.variance),
-        ]
-    )
-
-
-DECOMPOSITIONS: dict[str, Callable[[LocalWind], FloatArray]] = {
-    "full": _full,
-    "expanded": lambda wind: np.asarray(_terms(wind).sum(axis=0)),
-    "linear": lambda wind: np.asarray(_terms(wind)[:3].sum(axis=0)),
-}
-"""Local forces (n,): of eq. (1), of the four terms of eq. (3), and of its first three, as the paper keeps them."""
+def _kernel_arrays(
+    segments: Segments,
+    speed: FloatArray,
+    speed_variance: FloatArray,
+    heading: float,
+    air_density: float,
+    weights: tuple[float, ...],
+) -> tuple[FloatArray, ...]:
+    """What `_wind_force` reads, all of it writable, so that it is compiled once."""
+    drag = 0.5 * air_density * segments.area * segments.shape_coefficient
+    direction = math.cos(heading), math.sin(heading)
+    arrays = segments.position, segments.plan, drag, speed, speed_variance, direction, weights
+    return tuple(np.array(array, dtype=np.float64) for array in arrays)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,6 +128,7 @@ def mean_force(
     speed_variance: FloatArray,
     heading: float,
     air_density: float = DEFAULT_AIR_DENSITY,
+    yaw: float = 0.0,
 ) -> FloatArray:
     """Mean wind force on a platform at rest, the first term of eq. (3).
 
@@ -142,16 +142,17 @@ def mean_force(
         Direction toward which the wind blows, rad.
     air_density
         In kg/m³.
+    yaw
+        At which the platform rests, rad.
 
     Returns
     -------
     Force and moment about the reference point, shape (6,), N and N·m.
     """
-    direction = np.array([np.cos(heading), np.sin(heading), 0.0])
-    drag = 0.5 * air_density * segments.area * segments.shape_coefficient
-    local = drag * (np.asarray(speed) ** 2 + np.asarray(speed_variance))
-    moment = local[:, None] * np.cross(segments.position, direction)
-    return np.concatenate([np.sum(local) * direction, moment.sum(axis=0)])
+    force = np.empty(6)
+    wind = _kernel_arrays(segments, speed, speed_variance, heading, air_density, _MEAN)
+    _wind_force(wind, np.zeros(len(segments.area)), np.zeros(6), yaw, force)
+    return force
 
 
 class WindLoads:
@@ -169,6 +170,11 @@ class WindLoads:
         In kg/m³.
     decomposition
         Name in `DECOMPOSITIONS`.
+
+    Attributes
+    ----------
+    arrays
+        What the kernel reads (derived).
 
     Raises
     ------
@@ -189,22 +195,10 @@ class WindLoads:
         self.field = field
         self.heading = heading
         self.air_density = air_density
-        self._local_force = entry(DECOMPOSITIONS, decomposition, "decomposition of the wind force")
-        self._drag = 0.5 * air_density * segments.area * segments.shape_coefficient
+        weights = entry(DECOMPOSITIONS, decomposition, "decomposition of the wind force")
+        self.arrays = _kernel_arrays(segments, field.speed, field.sampled_variance, heading, air_density, weights)
         self._area_share = segments.area / segments.area.sum()
         self._mean_wind_speed = float(self._area_share @ field.speed)
-        self._cosine, self._sine = math.cos(heading), math.sin(heading)
-
-    def _at(self, time: float, velocity: FloatArray, yaw: float) -> tuple[LocalWind, FloatArray]:
-        transformation, along = _transformation(self.segments.position, self._cosine, self._sine, velocity, yaw)
-        wind = LocalWind(
-            drag=self._drag,
-            mean=self.field.speed,
-            variance=self.field.sampled_variance,
-            fluctuation=self.field.fluctuation(time),
-            along=along,
-        )
-        return wind, transformation
 
     def evaluate(self, time: float, velocity: FloatArray, yaw: float) -> FloatArray:
         """Force and moment about the reference point at `time`, shape (6,), N and N·m.
@@ -223,8 +217,9 @@ class WindLoads:
         StepError
             If the time is negative or not finite.
         """
-        wind, transformation = self._at(time, velocity, yaw)
-        return np.asarray(self._local_force(wind) @ transformation)
+        force = np.empty(6)
+        _wind_force(self.arrays, self.field.fluctuation(time), velocity, yaw, force)
+        return force
 
     def parts(self, time: float, velocity: FloatArray, yaw: float) -> WindForceParts:
         """Terms of the expansion of eq. (3); parameters as of `evaluate`.
@@ -234,22 +229,33 @@ class WindLoads:
         StepError
             If the time is negative or not finite.
         """
-        wind, transformation = self._at(time, velocity, yaw)
-        mean, exciting, damping, second_order = _terms(wind) @ transformation
+        fluctuation, forces = self.field.fluctuation(time), np.empty((4, 6))
+        for term, force in zip(np.eye(4), forces, strict=True):
+            _wind_force((*self.arrays[:-1], term), fluctuation, velocity, yaw, force)
+        mean, exciting, damping, second_order = forces
         return WindForceParts(mean=mean, exciting=exciting, damping=damping, second_order=second_order)
 
     def damping_matrix(self, yaw: float = 0.0) -> FloatArray:
-        """Aerodynamic damping sum 2 D U T T^T of Fig. 2, shape (6, 6), N·s/m, N·s, N·m·s; `yaw` in rad."""
-        transformation, _ = _transformation(self.segments.position, self._cosine, self._sine, np.zeros(6), yaw)
-        return np.asarray(transformation.T @ ((2.0 * self._drag * self.field.speed)[:, None] * transformation))
+        """Aerodynamic damping sum 2 D U T T^T of Fig. 2, shape (6, 6), N·s/m, N·s, N·m·s; `yaw` in rad.
+
+        It acts on the velocity of the reference point and the angular velocity of the platform, both in earth-fixed
+        axes; at zero yaw they are the rates of the degrees of freedom.
+        """
+        position, plan, drag, speed, _, (cosine, sine), _ = self.arrays
+        transformation, _, shown = _turned(position, plan, cosine, sine, np.zeros(6), yaw)
+        return np.asarray(transformation.T @ ((2.0 * drag * shown * speed)[:, None] * transformation))
 
     def wind_speed(self, time: float) -> float:
-        """Area-weighted mean over the segments of the wind speed at `time`, m/s; with an admittance, of what acts."""
+        """Mean over the segments of the wind speed at `time`, m/s; with an admittance, of what acts.
+
+        The weights are the areas at zero yaw.
+        """
         return self._mean_wind_speed + float(self._area_share @ self.field.fluctuation(time))
 
-    def mean_force(self) -> FloatArray:
-        """Mean force on a platform at rest, with the variance that the samples hold, shape (6,), N and N·m."""
-        return mean_force(self.segments, self.field.speed, self.field.sampled_variance, self.heading, self.air_density)
+    def mean_force(self, yaw: float = 0.0) -> FloatArray:
+        """Mean force on a platform at rest at `yaw` (rad), with the variance of the samples, shape (6,), N and N·m."""
+        speed, variance = self.field.speed, self.field.sampled_variance
+        return mean_force(self.segments, speed, variance, self.heading, self.air_density, yaw)
 
     def get_state(self) -> ProcessState:
         """Snapshot that `set_state` restores exactly."""

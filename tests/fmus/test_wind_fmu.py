@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tlpsim.fmus.tables import record_to_json
 from tlpsim.loads.errors import TlpsimError
 from tlpsim.loads.wind.field import Gusts
 from tlpsim.loads.wind.force import wind_loads
@@ -13,15 +14,22 @@ from tlpsim.loads.wind.profile import Profile
 from tlpsim.loads.wind.segments import Boxes, projected_segments
 from tlpsim.orchestrator.fmu import FmuInstance
 
+BOXES = {"position": [[3.0, 2.0, 40.0]], "size": [[80.0, 60.0, 12.0]], "shape_coefficient": [1.1]}
+DECK = Boxes(**{key: np.array(value) for key, value in BOXES.items()})
+PIECES = projected_segments(DECK, 0.0)
+TABLE = {name: getattr(PIECES, name).tolist() for name in ("position", "area", "shape_coefficient")}
 OUTPUTS = [f"force.{name}" for name in ("surge", "sway", "heave", "roll", "pitch", "yaw")]
 
 
-def force(path: Path, parameters: dict[str, object], time: float) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Force at `time` on a platform at rest, and what the FMU logged."""
+def force(
+    path: Path, parameters: dict[str, object], time: float, yaw: float = 0.0
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Force at `time` on a platform at rest at `yaw`, and what the FMU logged."""
     instance = FmuInstance("wind", path)
     instance.set_parameters(parameters)
-    instance.bind([], OUTPUTS)
+    instance.bind(["position.yaw"], OUTPUTS)
     instance.enter_initialization(0.0)
+    instance.set_inputs(np.array([yaw]))
     instance.exit_initialization()
     instance.step(0.0, time)
     values = np.zeros(6)
@@ -33,7 +41,6 @@ def force(path: Path, parameters: dict[str, object], time: float) -> tuple[np.nd
 
 
 def test_parameters_reach_the_model(fmus: dict[str, Path]) -> None:
-    boxes = {"position": [[3.0, 2.0, 40.0]], "size": [[80.0, 60.0, 12.0]], "shape_coefficient": [1.1]}
     parameters = {
         "mean_speed": 32.0,
         "heading": 0.4,
@@ -44,17 +51,35 @@ def test_parameters_reach_the_model(fmus: dict[str, Path]) -> None:
         "decomposition": "expanded",
         "sampling_step": 2.0,
         "seed": 9,
-        "boxes": json.dumps(boxes),
+        "boxes": json.dumps(BOXES),
     }
     values, _ = force(fmus["wind"], parameters, 8.6)
     loads = wind_loads(
         heading=0.4,
         profile=Profile(name="iso", speed_10=32.0, roughness_length=0.001),
         gusts=Gusts(spectrum="harris", coherence="npd", admittance="davenport", sampling_step=2.0, seed=9),
-        segments=projected_segments(Boxes(**{key: np.array(value) for key, value in boxes.items()}), 0.4),
+        segments=projected_segments(DECK, 0.4),
         decomposition="expanded",
     )
     np.testing.assert_array_equal(values, loads.evaluate(8.6, np.zeros(6), 0.0))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "ratio"),
+    [
+        ({"boxes": json.dumps(BOXES)}, np.cos(0.3) + 80.0 / 60.0 * np.sin(0.3)),
+        ({"boxes": json.dumps(BOXES), "yaw_dependent_area": False}, 1.0),
+        ({"segments": record_to_json(PIECES)}, np.cos(0.3) + 80.0 / 60.0 * np.sin(0.3)),
+        ({"segments": record_to_json(PIECES), "yaw_dependent_area": False}, 1.0),
+        ({"segments": json.dumps(TABLE)}, 1.0),
+        ({}, 1.0),
+    ],
+    ids=["boxes", "boxes, switched off", "segments", "segments, switched off", "segments without plan", "default"],
+)
+def test_yaw_shows_the_wind_other_areas(fmus: dict[str, Path], parameters: dict[str, object], ratio: float) -> None:
+    """By b(beta - psi) / b(beta) with b = l |sin| + w |cos|, at beta = 0, for what comes from a box."""
+    ahead, turned = (force(fmus["wind"], {"seed": 4} | parameters, 7.5, yaw)[0] for yaw in (0.0, 0.3))
+    assert turned[0] / ahead[0] == pytest.approx(ratio, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from tlpsim.loads import issc_tlp, simulation
 from tlpsim.loads.errors import StepError
 from tlpsim.loads.hydro.excitation import WaveLoads
 from tlpsim.loads.hydro.issc_members import issc_members
+from tlpsim.loads.platform.body import mass_matrix
 from tlpsim.loads.platform.memory import DiscreteMemory, Memory, convolution, recursion
 from tlpsim.loads.platform.motion import PlatformModel
 from tlpsim.loads.simulation import CoupledModel, Record, simulate, start
@@ -22,7 +23,7 @@ from tlpsim.loads.waves.sea import Sea, SeaState
 from tlpsim.loads.wind.field import StillAir
 from tlpsim.loads.wind.force import WindLoads, wind_loads
 from tlpsim.loads.wind.profile import Profile
-from tlpsim.loads.wind.segments import default_segments
+from tlpsim.loads.wind.segments import Boxes, Segments, default_segments, projected_segments
 
 FloatArray = NDArray[np.float64]
 
@@ -77,10 +78,18 @@ def arma(step: float = 0.5, **changes: object) -> ArmaSea:
     return ArmaSea(dataclasses.replace(STATE, **changes), sampling_step=step, seed=3)  # type: ignore[arg-type]
 
 
-def wind(decomposition: str = "full") -> WindLoads:
+def wind(decomposition: str = "full", segments: Segments | None = None) -> WindLoads:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        return wind_loads(heading=HEADING, profile=PROFILE, decomposition=decomposition)
+        return wind_loads(heading=HEADING, profile=PROFILE, decomposition=decomposition, segments=segments)
+
+
+def deck() -> Segments:
+    """Two parts of a box, whose area changes with yaw."""
+    box = Boxes(
+        position=np.array([[8.0, 5.0, 40.0]]), size=np.array([[70.0, 20.0, 12.0]]), shape_coefficient=np.ones(1)
+    )
+    return projected_segments(box, HEADING)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -128,6 +137,7 @@ CASES: dict[str, Callable[[], CoupledModel]] = {
     "storm with a long memory": lambda: CoupledModel(platform=platform(Taps(300)), wind=wind(), waves=waves(arma())),
     "short memory, expanded wind": lambda: CoupledModel(platform=platform(Taps(90)), wind=wind("expanded")),
     "recursive memory, linear wind": lambda: CoupledModel(platform=platform(States()), wind=wind("linear")),
+    "boxes in the wind": lambda: CoupledModel(platform=platform(), wind=wind(segments=deck())),
     "spread sea, drag to the surface": lambda: CoupledModel(
         platform=platform(), waves=waves(arma(directions=3), splash=True)
     ),
@@ -261,3 +271,35 @@ def test_no_steps_give_the_start() -> None:
     record = run(CoupledModel(platform=platform()), 0)
     assert record["position"].shape == (1, 6)
     assert record["position"][0, 0] == 5.0
+
+
+def test_free_decay_with_wave_drift_damping() -> None:
+    """Surge alone, in calm water without drag: the amplitude falls as exp(-B t / 2 M), and no other part acts."""
+    damping = np.diag([9e5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    free = np.arange(6) == 0
+    model = platform(free=free)
+    loads = WaveLoads(
+        sea=calm_water(water_depth=450.0), members=issc_members(drag_coefficient=1e-9), drift_damping=damping
+    )
+    whole = CoupledModel(platform=model, waves=loads)
+    begun = np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
+    steps = 6000
+    records = {}
+    for name, each in (("damped", whole), ("free", CoupledModel(platform=model))):
+        found = list(simulate(each, start(each, begun, np.zeros(6)), step=STEP, steps=steps))
+        records[name] = np.concatenate([record.position[:, 0] for record in found])
+    # The tendons stiffen with the square of the offset over their length, nothing at 0.3 m.
+    rate = 0.5 * damping[0, 0] / mass_matrix(model.body)[0, 0]
+    period = _period(records["free"])
+    damped_period = 2.0 * np.pi / np.sqrt((2.0 * np.pi / period) ** 2 - rate**2)
+    assert _period(records["damped"]) == pytest.approx(damped_period, rel=1e-3)
+    for k in range(1, 5):
+        near = slice(round((k - 0.2) * period / STEP), round((k + 0.2) * period / STEP))
+        ratio = np.max(records["damped"][near]) / np.max(records["free"][near])
+        assert ratio == pytest.approx(np.exp(-rate * k * damped_period), rel=2e-3)
+
+
+def _period(record: FloatArray) -> float:
+    """Mean time in s between upward crossings of zero."""
+    up = np.flatnonzero((record[:-1] < 0.0) & (record[1:] >= 0.0))
+    return STEP * float(up[-1] - up[0]) / (len(up) - 1)

@@ -5,7 +5,8 @@
     .4     PER BETA I MOD PHA RE IM          response amplitude operators
     .8     PER BETA1 BETA2 I MOD PHA RE IM   mean drift by momentum: surge, sway, yaw
     .9     PER BETA1 BETA2 I MOD PHA RE IM   mean drift by pressure: all six
-    .12d   PER1 PER2 BETA1 BETA2 I ...       difference-frequency QTF; its diagonal is the mean drift
+    .12d   PER1 PER2 BETA1 BETA2 I ...       difference-frequency QTF; its diagonal is the mean drift (all of it by
+                                             `tlpsim.loads.bem.exchange.wamit_quadratic`)
     .hst   I J C                             hydrostatic and gravitational restoring
 
 Only .1 and .3 must be there. Elements that a file leaves out for a period and heading that it has are zero. Of the
@@ -30,6 +31,7 @@ from tlpsim.loads.bem.exchange.conventions import (
     told_time_sign,
     turned,
 )
+from tlpsim.loads.bem.exchange.wamit_rows import ROTATES, drift_scale, is_in, mode_of, numeric_rows, place_in
 from tlpsim.loads.bem.hydrostatics import Hydrostatics, weight_stiffness
 from tlpsim.loads.constants import HORIZONTAL, SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
@@ -37,9 +39,7 @@ from tlpsim.loads.errors import ScenarioError
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_SAME = 1e-4  # relative difference of two prints of one period or heading
-_ROTATES = np.array([0, 0, 0, 1, 1, 1])
-_PAIRS = _ROTATES[:, None] + _ROTATES[None, :]
+_PAIRS = ROTATES[:, None] + ROTATES[None, :]
 # What stands for zero and infinite frequency in the first column, by what that column is.
 _LIMITS = {"period": {-1.0: "added_mass_zero", 0.0: "added_mass_infinite"}}
 _LIMITS["omega"] = {0.0: "added_mass_zero", -1.0: "added_mass_infinite"}
@@ -95,7 +95,7 @@ def read_tables(
     column: str = "period",
 ) -> HydrodynamicDatabase:
     """As `read_wamit`, for codes that write WAMIT's tables; `column` is what stands first, "period" or "omega"."""
-    radiation, excitation = _table(Path(f"{stem}.1"), 4), _table(Path(f"{stem}.3"), 7)
+    radiation, excitation = numeric_rows(Path(f"{stem}.1"), 4), numeric_rows(Path(f"{stem}.3"), 7)
     limits = _LIMITS[column]
     grid = np.unique([row[0] for row in radiation if row[0] > 0.0])
     headings = np.unique([row[1] for row in excitation])
@@ -104,7 +104,7 @@ def read_tables(
     omega = 2.0 * np.pi / grid if column == "period" else grid
     matrices, added_mass_limits = _radiation(Path(f"{stem}.1"), radiation, grid, limits)
     scale = density * length ** (3 + _PAIRS)
-    force_scale = density * gravity * length ** (2 + _ROTATES)
+    force_scale = density * gravity * length ** (2 + ROTATES)
     heading = headings * convention.heading_unit
 
     def waves(suffix: str, rows: list[list[float]]) -> ComplexArray:
@@ -115,12 +115,12 @@ def read_tables(
     sign = convention.time_sign or told_time_sign(heading, ascending)
     found: dict[str, object] = {name: limit * scale for name, limit in added_mass_limits.items()}
     if (path := Path(f"{stem}.3fk")).exists():
-        found["froude_krylov_force"] = turned(waves(".3fk", _table(path, 7)) * force_scale, sign)
+        found["froude_krylov_force"] = turned(waves(".3fk", numeric_rows(path, 7)) * force_scale, sign)
     if (path := Path(f"{stem}.4")).exists():
-        found["response_amplitude"] = turned(waves(".4", _table(path, 7)) / length**_ROTATES, sign)
+        found["response_amplitude"] = turned(waves(".4", numeric_rows(path, 7)) / length**ROTATES, sign)
     drift = _drift(stem, grid, headings)
     if drift is not None:
-        found["mean_drift"] = drift * density * gravity * length ** (1 + _ROTATES[_drift_modes(drift)])
+        found["mean_drift"] = drift * drift_scale(density, gravity, length)[_drift_modes(drift)]
     point = np.asarray(reference_point, dtype=np.float64)
     told = not np.any(point) or (mass > 0.0 and not np.any(point[:2]))
     if told and (path := Path(f"{stem}.hst")).exists():
@@ -148,13 +148,13 @@ def _radiation(
     matrices = np.zeros((2, len(grid), MODES, MODES))
     found: dict[str, FloatArray] = {}
     for row in rows:
-        i, j = _mode(path, row[1]), _mode(path, row[2])
+        i, j = mode_of(path, row[1]), mode_of(path, row[2])
         if row[0] in limits:
             found.setdefault(limits[row[0]], np.zeros((MODES, MODES)))[i, j] = row[3]
             continue
         if len(row) < 5:
             raise ScenarioError(f"{path}: a row of {row[0]:g} lacks the damping; write PER I J A B")
-        matrices[:, _place(path, row[0], grid, "period or frequency"), i, j] = row[3:5]
+        matrices[:, place_in(path, row[0], grid, "period or frequency"), i, j] = row[3:5]
     return matrices, found
 
 
@@ -162,10 +162,12 @@ def _by_wave(path: Path, rows: list[list[float]], grid: FloatArray, headings: Fl
     """Amplitudes (headings, frequencies, 6); NaN where the file has no row for a wave at all."""
     result = np.full((len(headings), len(grid), MODES), np.nan, dtype=np.complex128)
     for row in rows:
-        wave = result[_place(path, row[column], headings, "heading"), _place(path, row[0], grid, "period or frequency")]
+        wave = result[
+            place_in(path, row[column], headings, "heading"), place_in(path, row[0], grid, "period or frequency")
+        ]
         if np.all(np.isnan(wave)):
             wave[:] = 0.0
-        wave[_mode(path, abs(row[column + 1]))] = complex(row[-2], row[-1])
+        wave[mode_of(path, abs(row[column + 1]))] = complex(row[-2], row[-1])
     return result
 
 
@@ -177,9 +179,11 @@ def _drift(stem: Path, grid: FloatArray, headings: FloatArray) -> FloatArray | N
     found: dict[str, FloatArray] = {}
     for suffix, columns, head in ((".12d", 9, 2), (".9", 8, 1), (".8", 8, 1)):
         if (path := Path(f"{stem}{suffix}")).exists():
-            rows = [row for row in _table(path, columns) if row[head] == row[head + 1] and _is_in(row[head], headings)]
+            rows = [
+                row for row in numeric_rows(path, columns) if row[head] == row[head + 1] and is_in(row[head], headings)
+            ]
             if suffix == ".12d":
-                rows = [row for row in rows if row[0] == row[1] and _is_in(row[0], grid)]
+                rows = [row for row in rows if row[0] == row[1] and is_in(row[0], grid)]
             found[suffix] = _by_wave(path, rows, grid, headings, head + 1).real
     if not found:
         return None
@@ -197,8 +201,8 @@ def _drift_modes(drift: FloatArray) -> list[int]:
 
 def _restoring(path: Path) -> FloatArray:
     result = np.zeros((MODES, MODES))
-    for row in _table(path, 3):
-        result[_mode(path, row[0]), _mode(path, row[1])] = row[2]
+    for row in numeric_rows(path, 3):
+        result[mode_of(path, row[0]), mode_of(path, row[1])] = row[2]
     return result
 
 
@@ -213,41 +217,6 @@ def _hydrostatics(stiffness: FloatArray, weight_density: float) -> Hydrostatics:
         waterplane_second_moments=np.array([np.nan, np.nan, -figures[3, 4]]),
         stiffness=stiffness,
     )
-
-
-def _is_in(value: float, grid: FloatArray) -> bool:
-    return bool(np.any(np.isclose(grid, value, rtol=_SAME, atol=_SAME)))
-
-
-def _place(path: Path, value: float, grid: FloatArray, what: str) -> int:
-    index = int(np.argmin(np.abs(grid - value)))
-    if not _is_in(value, grid):
-        raise ScenarioError(f"{path} has the {what} {value:g}, which the .1 or .3 file has not; write all in one run")
-    return index
-
-
-def _mode(path: Path, value: float) -> int:
-    if not 1 <= value <= MODES:
-        raise ScenarioError(f"{path} has mode {value:g}; only the six of one rigid body are read: export one body")
-    return int(value) - 1
-
-
-def _table(path: Path, columns: int) -> list[list[float]]:
-    """Rows of numbers, without the heading lines that WAMIT writes or not."""
-    try:
-        lines = [line.replace("D", "E").split() for line in path.read_text().splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{path}: cannot be read ({error}); give the stem of WAMIT's output") from error
-    rows: list[list[float]] = []
-    for line in lines:
-        try:
-            rows.append([float(word) for word in line])
-        except ValueError:
-            if rows:  # a heading stands above the numbers only
-                rows.append([])
-    if not rows or min(len(row) for row in rows) < columns:
-        raise ScenarioError(f"{path}: rows of at least {columns} numbers are needed; write the WAMIT numeric output")
-    return rows
 
 
 def write_wamit(database: HydrodynamicDatabase, stem: str | Path, length: float = 1.0) -> tuple[Path, ...]:
@@ -270,14 +239,14 @@ def write_wamit(database: HydrodynamicDatabase, stem: str | Path, length: float 
     files = {".1": _radiation_rows(database, length)}
     weight = database.density * database.gravity
     for suffix, amplitude, scale in (
-        (".3", database.excitation_force, weight * length ** (2 + _ROTATES)),
-        (".3fk", database.froude_krylov_force, weight * length ** (2 + _ROTATES)),
-        (".4", database.response_amplitude, 1.0 / length**_ROTATES),
+        (".3", database.excitation_force, weight * length ** (2 + ROTATES)),
+        (".3fk", database.froude_krylov_force, weight * length ** (2 + ROTATES)),
+        (".4", database.response_amplitude, 1.0 / length**ROTATES),
     ):
         if amplitude is not None and np.any(np.isfinite(amplitude)):
             files[suffix] = list(_wave_rows(database, amplitude / scale, range(MODES), twice=False))
     modes = np.array(_drift_modes(database.mean_drift))
-    drift = database.mean_drift / (weight * length ** (1 + _ROTATES[modes])) + 0j
+    drift = database.mean_drift / drift_scale(database.density, database.gravity, length)[modes] + 0j
     if np.any(np.isfinite(drift)):
         momentum = [int(np.flatnonzero(modes == mode)[0]) for mode in HORIZONTAL]
         files[".8"] = list(_wave_rows(database, drift[..., momentum], HORIZONTAL, twice=True))

@@ -8,7 +8,7 @@ import pytest
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, compute
 from tlpsim.loads.bem.discretization import discretize, rigid_modes
-from tlpsim.loads.bem.exchange import read_hams, read_wamit, write_wamit
+from tlpsim.loads.bem.exchange import read_hams, read_wamit, read_wamit_quadratic, write_wamit
 from tlpsim.loads.bem.exchange.conventions import about_origin, told_time_sign
 from tlpsim.loads.bem.hulls import box
 from tlpsim.loads.bem.mesh import translated
@@ -180,6 +180,79 @@ def test_motion_moves_to_the_origin() -> None:
     moved = about_origin(replace(DATABASE, response_amplitude=there), point)
     assert moved.response_amplitude is not None
     np.testing.assert_allclose(moved.response_amplitude, motion, atol=1e-12 * np.max(np.abs(motion)))
+
+
+PERIODS = (10.0, 8.0, 5.0)
+
+
+def two_waves(folder: Path, rows: str, suffix: str = ".12d") -> Path:
+    path = folder / f"run{suffix}"
+    path.write_text(" PER1 PER2 BETA1 BETA2 I MOD PHA RE IM\n" + rows)
+    return path
+
+
+def both_orders(heading: float, *others: float) -> str:
+    """Surge of all pairs of `PERIODS` at a heading (and of pairs with others): PER1 + i PER2 above the diagonal."""
+    rows = ""
+    for i, first in enumerate(PERIODS):
+        for second in PERIODS[i:]:
+            imaginary = 0.0 if first == second else second
+            rows += f"{first} {second} {heading} {heading} 1 0.0 0.0 {first} {imaginary}\n"
+        for other in others:
+            rows += "".join(f"{first} {each} {heading} {other} 1 0.0 0.0 1.0 {first - each}\n" for each in PERIODS)
+    return rows
+
+
+@pytest.mark.parametrize("suffix", [".10d", ".11d", ".12d"])
+def test_quadratic_transfer_worked_out_by_hand(tmp_path: Path, suffix: str) -> None:
+    """ρ = 1000 kg/m³, g = 10 m/s², L = 2 m; the second order of the waves is that of the conjugate."""
+    rows = both_orders(30.0) + "8.0 5.0 30.0 30.0 5 0.0 0.0 3.0 -4.0D+00\n"
+    found = read_wamit_quadratic(two_waves(tmp_path, rows, suffix), 50.0, 1000.0, 10.0, length=2.0)
+    np.testing.assert_allclose(found.omega, [0.2 * np.pi, 0.25 * np.pi, 0.4 * np.pi])
+    np.testing.assert_allclose(found.heading, [np.pi / 6.0])
+    force, moment = 1000.0 * 10.0 * 2.0, 1000.0 * 10.0 * 4.0
+    surge = [[10.0, 10.0 + 8.0j, 10.0 + 5.0j], [10.0 - 8.0j, 8.0, 8.0 + 5.0j], [10.0 - 5.0j, 8.0 - 5.0j, 5.0]]
+    np.testing.assert_allclose(found.transfer[0, ..., 0], force * np.array(surge))
+    pitch = np.zeros((3, 3), dtype=np.complex128)  # left out of waves that are there: zero by symmetry
+    pitch[1, 2], pitch[2, 1] = 3.0 - 4.0j, 3.0 + 4.0j
+    np.testing.assert_allclose(found.transfer[0, ..., 4], moment * pitch)
+    assert (found.depth, found.density, found.gravity) == (50.0, 1000.0, 10.0)
+    assert f"run{suffix} of WAMIT" in found.contents
+
+
+def test_quadratic_moments_move_to_the_origin(tmp_path: Path) -> None:
+    """A push in surge at z = -3 m pitches about the origin by -3 m times it."""
+    path = two_waves(tmp_path, both_orders(0.0))
+    found = read_wamit_quadratic(path, reference_point=(0.0, 2.0, -3.0)).transfer
+    np.testing.assert_allclose(found[..., 4], -3.0 * found[..., 0])
+    np.testing.assert_allclose(found[..., 5], -2.0 * found[..., 0])
+
+
+def test_pairs_of_headings_are_read_where_all_are_there(tmp_path: Path) -> None:
+    alone = both_orders(0.0) + both_orders(90.0)
+    assert read_wamit_quadratic(two_waves(tmp_path, alone)).transfer.shape == (2, 3, 3, 6)
+    path = two_waves(tmp_path, both_orders(0.0, 90.0) + both_orders(90.0))
+    found = read_wamit_quadratic(path, density=1.0, gravity=1.0).transfer
+    assert found.shape == (2, 2, 3, 3, 6)
+    assert found[0, 1, 0, 2, 0] == 1.0 + 5.0j  # 10 s at 0° with 5 s at 90°
+    assert found[1, 0, 2, 0, 0] == 1.0 - 5.0j
+
+
+def test_a_quadratic_transfer_that_is_not_whole_is_refused(tmp_path: Path) -> None:
+    whole = both_orders(30.0).splitlines(keepends=True)
+    gap = "".join(row for row in whole if not row.startswith("10.0 5.0"))
+    for rows, message in (
+        (gap, r"run\.12d: 2 pairs of waves .*first of 10 and 5 s at 30°; run the code for all pairs"),
+        (whole[0].replace("10.0", "-1.0"), "wave period of -1 s"),
+        (whole[0].replace(" 1 0.0", " 7 0.0"), "mode 7.*one body"),
+        (whole[0], r"run\.12d: frequencies .* at least 2"),
+        ("1 2 3\n", "at least 9 numbers"),
+        ("".join(whole) + whole[1].replace("10.0 8.0", "8.0 10.0", 1), r"T_ij and T_ji\* differ in surge"),
+    ):
+        with pytest.raises(ScenarioError, match=message):
+            read_wamit_quadratic(two_waves(tmp_path, rows))
+    with pytest.raises(ScenarioError, match=r"none\.12d: cannot be read"):
+        read_wamit_quadratic(tmp_path / "none.12d")
 
 
 def hams_folder(folder: Path, column: int = 4, depth: str = "-1.D0") -> Path:

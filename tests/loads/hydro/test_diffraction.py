@@ -125,7 +125,9 @@ def test_a_database_must_cover_the_waves(issc: HydrodynamicDatabase) -> None:
     assert band_of_energy(SeaState(table=narrow, water_depth=450.0)) == (0.10005, 0.10005)
     cut = issc.omega <= 1.0
     part = replace(issc, omega=issc.omega[cut], excitation_force=issc.excitation_force[:, cut])
-    message = r"x\.h5 covers 0\.0079\d* to 0\.15\d* Hz .*energy from 0\.04\d* to 0\.33\d* Hz .*compute the database"
+    message = (
+        r"x\.h5 covers 0\.0079\d* to 0\.15\d* Hz .*energy from 0\.04\d* to 0\.33\d* Hz .*compute it for that range"
+    )
     with pytest.raises(ScenarioError, match=message):
         require_coverage(part, STORM, "x.h5")
 

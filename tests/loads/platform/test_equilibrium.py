@@ -192,6 +192,19 @@ def test_held_degrees_of_freedom_stay_where_they_start() -> None:
     np.testing.assert_array_equal(static_equilibrium(held, np.ones(6), start=np.ones(6)), 1.0)
 
 
+def test_equilibrium_under_a_load_that_turns_with_yaw() -> None:
+    """A force of 2 MN ahead that acts 10 m to the right at rest, and at 10 cos + 30 sin m of a yaw to the left."""
+
+    def load(yaw: float) -> list[float]:
+        return [2e6, 0.0, 0.0, 0.0, -70e6, 2e6 * (10.0 * np.cos(yaw) + 30.0 * np.sin(yaw))]
+
+    pose = static_equilibrium(MODEL, load)
+    np.testing.assert_allclose(static_equilibrium(MODEL, load(pose[5])), pose, rtol=0.0, atol=1e-8)
+    assert pose[5] > 1.01 * static_equilibrium(MODEL, load(0.0))[5]
+    with pytest.raises(SolverError, match="still changes by more than 1e-09 rad"):
+        static_equilibrium(MODEL, lambda yaw: [0.0, 0.0, 0.0, 0.0, 0.0, 1e8 if yaw < 0.01 else 0.0])
+
+
 def test_no_equilibrium_is_an_error() -> None:
     drifting = PlatformModel(body=replace(issc_tlp.body(), mass=54.5e6), tendons=no_tendons())
     with pytest.raises(SolverError, match="no equilibrium near"):

@@ -48,6 +48,7 @@ def test_pieces_keep_area_centre_and_plane_of_each_box(heading: float) -> None:
         breadth, height = projected_breadth(boxes.size, heading)[number], boxes.size[number, 2]
         area = segments.area[mine]
         assert area.sum() == pytest.approx(breadth * height)
+        np.testing.assert_array_equal(segments.plan[mine], np.tile(boxes.size[number, :2], (mine.sum(), 1)))
         centre = area @ segments.position[mine] / area.sum()
         np.testing.assert_allclose(centre, boxes.position[number], atol=1e-9)
         offset = segments.position[mine] - boxes.position[number]
@@ -81,6 +82,7 @@ def test_default_segments_stand_across_any_wind(heading: float) -> None:
     segments = default_segments(heading)
     assert segments.area.sum() == pytest.approx(3000.0)
     np.testing.assert_allclose(segments.position @ [np.cos(heading), np.sin(heading), 0.0], 0.0, atol=1e-12)
+    assert not segments.plan.any()
     force = mean_force(segments, np.full(6, 25.0), np.zeros(6), heading)
     # Equal forces at one speed act 12 m to the right of the centre.
     assert force[5] == pytest.approx(12.0 * np.hypot(force[0], force[1]), rel=1e-12)
@@ -97,6 +99,11 @@ def test_bad_input_is_refused() -> None:
         Segments(position=np.full((1, 3), np.nan), area=np.ones(1), shape_coefficient=np.ones(1))
     with pytest.raises(ScenarioError, match="area of a wind segment"):
         Segments(position=np.array([[0.0, 0.0, 9.0]]), area=-np.ones(1), shape_coefficient=np.ones(1))
+    for plan in ([[90.0, 0.0]], [[-1.0, 60.0]], [[np.inf, 60.0]], [[0.0, np.nan]]):
+        with pytest.raises(ScenarioError, match=r"plan of wind segment 1 is .* must both be finite and > 0, or both 0"):
+            Segments(position=[[0.0, 0.0, 9.0]], area=[1.0], shape_coefficient=[1.0], plan=plan)  # type: ignore[arg-type]
+    with pytest.raises(ScenarioError, match=r"plan \(2, 2\) must have the shapes"):
+        Segments(position=np.ones((1, 3)), area=np.ones(1), shape_coefficient=np.ones(1), plan=np.ones((2, 2)))
     with pytest.raises(ScenarioError, match="wind boxes: position"):
         deck(size=np.ones((1, 3)))
     with pytest.raises(ScenarioError, match="size of a wind box"):
