@@ -1,30 +1,34 @@
-"""Who steps when: an event-driven master on an integer clock.
+"""A run: components are initialized, stepped on an integer clock, watched, and ended in good order.
 
-Of all components in a loop, the one with the earliest time of its own steps next; of several, the one with
-the largest step (slow first), then the one declared first. A slow component thus steps over its whole step
-with feedback inputs that are extrapolated, and the fast ones then step inside that window on values that
-are interpolated. Outside loops nothing is extrapolated: before a component steps, what feeds it is stepped
-until it has all the samples that the interpolation filter needs.
+The steps themselves are made by a compiled loop (`tlpsim.orchestrator.kernel`), which comes back here for what it cannot
+do: a component without addresses to call, weights of a filter that it has not met, samples to pass on to observers, and
+faults.
 
 Every component starts a step while its own time is earlier than the stop time, so that a short run is the
 beginning of a longer one.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from heapq import heapify, heapreplace
-from time import perf_counter_ns
+from time import perf_counter, perf_counter_ns
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tlpsim.loads.errors import FmuError, StepError, TlpsimError, WiringError
+from tlpsim.loads.errors import DiscardError, FmuError, StepError, TlpsimError, WiringError
+from tlpsim.orchestrator import kernel
+from tlpsim.orchestrator.algorithms import algorithm_codes, iterate
+from tlpsim.orchestrator.arrays import expanded
+from tlpsim.orchestrator.checkpoint import Checkpoints, require_serializable, restore
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
-from tlpsim.orchestrator.coupling import History, Link, history_depths, plan_links
+from tlpsim.orchestrator.coupling import plan_links
 from tlpsim.orchestrator.instance import Instance
+from tlpsim.orchestrator.layout import lay_out
 from tlpsim.orchestrator.observers import Observer
-from tlpsim.orchestrator.system import Component, System, bound_outputs, check, groups
+from tlpsim.orchestrator.system import System, bound_outputs, check
 
 FloatArray = NDArray[np.float64]
 
@@ -33,13 +37,12 @@ _SWEEP_LIMIT = 10
 _SWEEP_RELATIVE_TOLERANCE = 1e-9
 _SWEEP_ABSOLUTE_TOLERANCE = 1e-12
 
-_REQUEST_OFFSETS: dict[str, Callable[[int], int]] = {
-    "start": lambda step: 0,
-    "middle": lambda step: step // 2,
-    "end": lambda step: step,
-}
-
-_Event = tuple[int, int, int]  # own time, negative step, index: the order in which components of a group step
+_PASS_ON = 0.1  # s of wall time between two times that observers get samples
+_FIRST_BUDGET, _LARGEST_BUDGET = 64, 1 << 22  # steps that the compiled loop makes at a time
+_MOST_PIECES = 1024  # of a step that was discarded
+_MOST_NAMED = 6  # inputs in an error message
+_FUNCTIONS = {kernel.SETTING: "setting inputs", kernel.STEPPING: "doStep", kernel.GETTING: "getting outputs"}
+_DISCARD = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,61 +93,6 @@ class RunSummary:
     notes: tuple[str, ...]
 
 
-class _Unit:
-    """A component with all that its step needs, looked up once."""
-
-    __slots__ = (
-        "all_set",
-        "flags",
-        "get_outputs",
-        "history",
-        "index",
-        "inputs",
-        "instance",
-        "links",
-        "name",
-        "nanoseconds",
-        "offset",
-        "outputs",
-        "set_inputs",
-        "size",
-        "step",
-        "steps",
-    )
-
-    def __init__(self, index: int, component: Component, outputs: tuple[str, ...], history: History) -> None:
-        self.index = index
-        self.instance: Instance = component.instance
-        self.name = component.name
-        self.outputs = outputs
-        self.history = history
-        self.offset = _REQUEST_OFFSETS[component.inputs_at](component.step)
-        self.size = to_seconds(component.step)
-        self.flags = np.ones(len(outputs), dtype=np.bool_)
-        self.all_set = self.flags.tobytes()
-        self.inputs = np.zeros(0)
-        self.links: tuple[Link, ...] = ()
-        self.steps = 0
-        self.nanoseconds = 0
-        self.set_inputs = component.instance.set_inputs
-        self.step = component.instance.step
-        self.get_outputs = component.instance.get_outputs
-
-    def is_finite(self, values: FloatArray) -> bool:
-        """Check a sample; comparing bytes takes a fraction of the time of `numpy.all`."""
-        np.isfinite(values, self.flags)
-        return self.flags.tobytes() == self.all_set
-
-
-def _not_finite(unit: _Unit, time: int, values: FloatArray) -> StepError:
-    position = int(np.flatnonzero(~np.isfinite(values))[0])
-    return StepError(
-        f"{unit.name}: output '{unit.outputs[position]}' is {values[position]} "
-        f"at t = {to_seconds(time):.9g} s, not a finite number; "
-        "check the component's parameters, inputs and step size"
-    )
-
-
 class Master:
     """Steps the components of a system.
 
@@ -163,53 +111,26 @@ class Master:
 
     def __init__(self, system: System, observers: Sequence[Observer] = ()) -> None:
         self._began = perf_counter_ns()
-        self._system = system
         self._observers = tuple(observers)
+        system = self.system = expanded(system)
         self._notes = check(system)
         self._sweeps = 0
-        self._start = self._stop = 0
-        plans = plan_links(system)
-        depths = history_depths(system, plans)
-        outputs = bound_outputs(system)
-        self._units = [
-            _Unit(index, component, outputs[index], History(len(outputs[index]), component.step, depths[index]))
-            for index, component in enumerate(system.components)
-        ]
-        self._order = [
-            index
-            for group in groups(system)
-            for index in sorted(group, key=lambda member: (-system.components[member].step, member))
-        ]
-        self._queues: list[list[_Event]] = [
-            [(0, -system.components[index].step, index) for index in group] for group in groups(system)
-        ]
-        queue_of = {event[2]: queue for queue in self._queues for event in queue}
-        self._input_names: list[tuple[str, ...]] = []
-        for unit in self._units:
-            incoming = [plan for plan in plans if plan.target == unit.index]
-            self._input_names.append(tuple(name for plan in incoming for name in plan.inputs))
-            unit.inputs = np.zeros(len(self._input_names[-1]))
-            links = []
-            position = 0
-            for plan in incoming:
-                source = self._units[plan.source].history
-                into = unit.inputs[position : position + len(plan.inputs)]
-                reach = self._reach(queue_of[plan.source], source) if plan.looks_ahead else None
-                links.append(Link(plan, source, into, reach))
-                position += len(plan.inputs)
-            unit.links = tuple(links)
+        self.start = self._stop = 0
+        self._budget = _FIRST_BUDGET
+        self._passed_on = 0.0
+        self._outputs = bound_outputs(system)
+        self.instances: list[Instance] = [component.instance for component in system.components]
+        self.layout = lay_out(system, plan_links(system), algorithm_codes(system))
+        self._arrays = self.layout.arrays
+        self._discarded = 0
+        self._iterations = self._windows = 0
 
-    def _reach(self, queue: list[_Event], history: History) -> Callable[[int], None]:
-        """Make a function that steps a group until the history of one of its components has a sample."""
+    # The beginning
 
-        def reach(number: int) -> None:
-            while history.newest < number:
-                self._step_next(queue)
-
-        return reach
-
-    def initialize(self, start: int = 0) -> None:
+    def initialize(self, start: int = 0, checkpoints: Checkpoints | None = None) -> None:
         """Set parameters, initialize all components at the start time (ns) and take their first samples.
+
+        With checkpoints of which one is there to go on from, take the state in it and give observers its samples.
 
         Raises
         ------
@@ -217,67 +138,88 @@ class Master:
             If a parameter is unknown or of the wrong type.
         FmuError, StepError
             If a component cannot be loaded or initialized, or gives a value that is not finite.
+        CheckpointError
+            If the checkpoint is of another system.
         """
-        self._start = self._stop = start
-        units = [self._units[index] for index in self._order]
-        for unit in units:
-            component = self._system.components[unit.index]
-            self._guarded(unit, "setting parameters of", unit.instance.set_parameters, component.parameters)
-            unit.instance.bind(self._input_names[unit.index], unit.outputs)
-        for unit in units:
-            self._guarded(unit, "initializing", unit.instance.enter_initialization, to_seconds(start))
+        self.start = self._stop = start
+        order = [int(member) for member in self.layout.members]
+        for unit in order:
+            component = self.system.components[unit]
+            self._guarded(unit, "setting parameters of", component.instance.set_parameters, component.parameters)
+            component.instance.bind(self.layout.inputs[unit], self._outputs[unit])
+        for unit in order:
+            self._guarded(unit, "initializing", self.instances[unit].enter_initialization, to_seconds(start))
             self._take_initial_sample(unit)
-        self._settle(units)
-        for unit in units:
-            self._guarded(unit, "initializing", unit.instance.exit_initialization)
+        self._settle(order)
+        for unit in order:
+            self._guarded(unit, "initializing", self.instances[unit].exit_initialization)
             self._take_initial_sample(unit)
-        for queue in self._queues:
-            queue[:] = [(start, negative_step, index) for _, negative_step, index in queue]
-            heapify(queue)
+        self._connect()
         # Only now, so that what cannot be initialized leaves nothing behind.
+        if checkpoints is not None and checkpoints.resumed is not None:
+            restore(self, checkpoints.resumed)
         for observer in self._observers:
-            observer.started(self._system)
-        for unit in self._units:
-            for observer in self._observers:
-                observer.sampled(unit.index, start, unit.history.initial_row())
+            observer.started(self.system)
+        if checkpoints is not None:
+            checkpoints.replay(self._observers)
+        self._pass_on()
 
-    def _guarded(self, unit: _Unit, what: str, action: Callable[..., None], *arguments: object) -> None:
+    def _connect(self) -> None:
+        """Give the compiled loop the addresses of those that have them."""
+        for unit, instance in enumerate(self.instances):
+            instance.clock = self._clock_of(unit)
+            self.layout.bind(unit, instance.native_calls())
+
+    def _clock_of(self, unit: int) -> Callable[[], float]:
+        row = self.layout.units[unit]
+        return lambda: float(row[kernel.TIME]) / NANOSECONDS_PER_SECOND
+
+    def _guarded(self, unit: int, what: str, action: Callable[..., None], *arguments: object) -> None:
         """Name the component in any error that it raises outside a step."""
         try:
             action(*arguments)
         except TlpsimError:
             raise
         except Exception as error:
-            raise FmuError(f"{unit.name}: failed while {what} it: {type(error).__name__}: {error}") from error
+            name = self.instances[unit].name
+            raise FmuError(f"{name}: failed while {what} it: {type(error).__name__}: {error}") from error
 
-    def _take_initial_sample(self, unit: _Unit) -> None:
-        row = unit.history.initial_row()
-        self._guarded(unit, "initializing", unit.get_outputs, row)
-        if not unit.is_finite(row):
-            raise _not_finite(unit, self._start, row)
-        unit.history.begin(self._start)
+    def _take_initial_sample(self, unit: int) -> None:
+        row = self.layout.row(unit, 0)
+        self._guarded(unit, "initializing", self.instances[unit].get_outputs, row)
+        if not np.all(np.isfinite(row)):
+            raise self._not_finite(unit, self.start, row)
+        self.layout.begin(unit, self.start)
 
-    def _settle(self, units: Sequence[_Unit]) -> None:
+    def _settle(self, order: Sequence[int]) -> None:
         """Exchange values in the initialization mode until the inputs do not change any more."""
         for sweep in range(1, _SWEEP_LIMIT + 1):
             self._sweeps = sweep
             settled = True
-            for unit in units:
-                if not unit.links:
+            for unit in order:
+                inputs = self.layout.values(unit)
+                if not len(inputs):
                     continue
-                before = unit.inputs.copy()
-                for link in unit.links:
-                    link.fill(self._start)
+                before = inputs.copy()
+                self.fill(unit, self.start)
                 if sweep > 1 and np.allclose(
-                    unit.inputs, before, rtol=_SWEEP_RELATIVE_TOLERANCE, atol=_SWEEP_ABSOLUTE_TOLERANCE
+                    inputs, before, rtol=_SWEEP_RELATIVE_TOLERANCE, atol=_SWEEP_ABSOLUTE_TOLERANCE
                 ):
                     continue
                 settled = False
-                self._guarded(unit, "initializing", unit.set_inputs, unit.inputs)
+                self._guarded(unit, "initializing", self.instances[unit].set_inputs, inputs)
                 self._take_initial_sample(unit)
             if settled:
                 return
         self._notes.append(f"the initial values did not settle in {_SWEEP_LIMIT} exchanges")
+
+    def fill(self, unit: int, time: int) -> None:
+        """Inputs of a component for a time in ns, into the heap."""
+        layout = self.layout
+        while not kernel.fill_inputs(unit, time, layout.units, layout.links, layout.index, layout.heap, layout.control):
+            layout.supply_weights()
+
+    # The steps
 
     def advance(self, until: int) -> None:
         """Step all components until none has an own time earlier than `until` (ns).
@@ -288,84 +230,244 @@ class Master:
             If a component fails in a step or gives a value that is not finite.
         """
         self._stop = until
-        queues = self._queues
-        if len(queues) == 1:
-            queue = queues[0]
-            while queue[0][0] < until:
-                self._step_next(queue)
-            return
-        while True:
-            queue = min(queues, key=_first_event)
-            if queue[0][0] >= until:
-                return
-            self._step_next(queue)
-
-    def _step_next(self, queue: list[_Event]) -> None:
-        """Step the component of a group whose turn it is."""
-        time, negative_step, index = queue[0]
-        unit = self._units[index]
-        inputs = unit.inputs
-        request = time + unit.offset
-        for link in unit.links:
-            link.fill(request)
-        history = unit.history
-        row = history.next_row()
-        end = time - negative_step
-        began = perf_counter_ns()
         try:
-            if unit.links:
-                unit.set_inputs(inputs)
-            unit.step(time / NANOSECONDS_PER_SECOND, unit.size)
-            unit.get_outputs(row)
-        except TlpsimError:
-            raise
+            self._run(until)
+        finally:
+            self._pass_on()
+
+    def _run(self, until: int) -> None:
+        control = self.layout.control
+        actions: dict[int, Callable[[int], None]] = {
+            kernel.CALL: self._call,
+            kernel.FULL: lambda unit: self._pass_on(),
+            kernel.WEIGHTS: lambda unit: self.layout.supply_weights(),
+            kernel.FAILED: self._failed,
+            kernel.ITERATE: self._iterate,
+        }
+        while True:
+            began = perf_counter()
+            code = kernel.advance(until, self._budget, self.layout.clock, *self._arrays)
+            if code == kernel.DONE:
+                return
+            if code == kernel.PAUSE:
+                self._adapt(perf_counter() - began)
+            else:
+                actions[code](int(control[kernel.UNIT]))
+            if perf_counter() - self._passed_on > _PASS_ON:
+                self._pass_on()
+
+    def _adapt(self, elapsed: float) -> None:
+        """Let the compiled loop go on for about a tenth of a second: Ctrl-C and observers wait for it."""
+        if elapsed < 0.5 * _PASS_ON:
+            self._budget = min(2 * self._budget, _LARGEST_BUDGET)
+        elif elapsed > _PASS_ON:
+            self._budget = max(self._budget // 2, 1)
+
+    def _pass_on(self) -> None:
+        """Give observers the samples that they have not got; all of them, also where one observer fails."""
+        failure: BaseException | None = None
+        for unit, row in enumerate(self.layout.units):
+            first, last = int(row[kernel.TAKEN]) + 1, int(row[kernel.NEWEST]) + 1
+            if first == last:
+                continue
+            times = row[kernel.START] + row[kernel.STEP] * np.arange(first, last)
+            values = self.layout.samples(unit, first, last)
+            row[kernel.TAKEN] = last - 1
+            for observer in self._observers:
+                try:
+                    observer.sampled(unit, times, values)
+                except BaseException as error:
+                    failure = failure or error
+        self._passed_on = perf_counter()
+        if failure is not None:
+            raise failure
+
+    def _times(self, unit: int) -> tuple[float, float]:
+        """Start and size of a component's step in s."""
+        row = self.layout.units[unit]
+        return int(row[kernel.TIME]) / NANOSECONDS_PER_SECOND, int(row[kernel.STEP]) / NANOSECONDS_PER_SECOND
+
+    def _call(self, unit: int) -> None:
+        """Step a component that has its inputs, into its next row."""
+        instance, row = self.instances[unit], self.layout.units[unit]
+        time, size = self._times(unit)
+        began = perf_counter_ns()
+        into = self.layout.row(unit, int(row[kernel.NEWEST]) + 1)
+        try:
+            if row[kernel.INPUT_COUNT]:
+                instance.set_inputs(self.layout.values(unit))
+            try:
+                instance.step(time, size)
+            except DiscardError as error:
+                self._retry(unit, error)
+            instance.get_outputs(into)
+        except TlpsimError as error:
+            raise type(error)(f"{error}{self._inputs_of(unit)}") from error
         except Exception as error:
             raise StepError(
-                f"{unit.name}: the step at t = {to_seconds(time):.9g} s failed: {type(error).__name__}: {error}"
+                f"{instance.name}: the step at t = {time:.9g} s failed: {type(error).__name__}: {error}"
+                f"{self._inputs_of(unit)}"
             ) from error
-        unit.nanoseconds += perf_counter_ns() - began
-        unit.steps += 1
-        if not unit.is_finite(row):
-            raise _not_finite(unit, end, row)
-        history.newest += 1
-        heapreplace(queue, (end, negative_step, index))
-        for observer in self._observers:
-            observer.sampled(index, end, row)
+        row[kernel.NANOSECONDS] += perf_counter_ns() - began
+
+    def _failed(self, unit: int) -> None:
+        """Go on after a step that was discarded, or say what failed."""
+        control, instance = self.layout.control, self.instances[unit]
+        status, phase = int(control[kernel.STATUS]), int(control[kernel.PHASE])
+        time, size = self._times(unit)
+        if status < 0:
+            row = self.layout.row(unit, int(self.layout.units[unit, kernel.NEWEST]) + 1)
+            raise self._not_finite(
+                unit, self.layout.units[unit, kernel.TIME] + self.layout.units[unit, kernel.STEP], row
+            )
+        if phase == kernel.ENDING:
+            raise StepError(f"{instance.name}: asks at t = {time:.9g} s for the end of the simulation")
+        if phase == kernel.EARLY:
+            raise StepError(
+                f"{instance.name}: returned early from the step of {size:.9g} s at t = {time:.9g} s, which was not allowed"
+            )
+        error = instance.native_failure(_FUNCTIONS[phase], time, size, status, self.layout.last_successful_time)
+        if status != _DISCARD or phase != kernel.STEPPING:
+            raise type(error)(f"{error}{self._inputs_of(unit)}")
+        self._retry(unit, DiscardError(str(error)))
+        instance.get_outputs(self.layout.row(unit, int(self.layout.units[unit, kernel.NEWEST]) + 1))
+        control[kernel.PENDING] = unit
+
+    def _retry(self, unit: int, error: DiscardError) -> None:
+        """Finish a discarded step in smaller ones, from where the component says that it is."""
+        instance = self.instances[unit]
+        time, size = self._times(unit)
+        reached = instance.last_successful_time()
+        if reached is None:
+            raise StepError(
+                f"{error}; it does not say how far it came, so the step cannot be taken in pieces"
+            ) from error
+        now, end, piece, pieces = max(time, reached), time + size, 0.5 * size, 0
+        while end - now > 1e-9 * size:
+            try:
+                instance.step(now, min(piece, end - now))
+                now += min(piece, end - now)
+            except DiscardError as again:
+                reached = instance.last_successful_time()
+                if reached is not None and reached > now:
+                    now = reached
+                    continue
+                piece *= 0.5
+                if piece < size / _MOST_PIECES:
+                    raise StepError(f"{again}; pieces of the step down to {piece:.3g} s were discarded too") from again
+            pieces += 1
+        self._discarded += 1
+
+    def _inputs_of(self, unit: int) -> str:
+        """The inputs that a component had, for the end of an error message."""
+        names, values = self.layout.inputs[unit], self.layout.values(unit)
+        if not len(names):
+            return ""
+        shown = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names[:_MOST_NAMED], values, strict=False))
+        more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+        return f"; its inputs were {shown}{more}"
+
+    def _not_finite(self, unit: int, time: int, values: FloatArray) -> StepError:
+        position = int(np.flatnonzero(~np.isfinite(values))[0])
+        return StepError(
+            f"{self.instances[unit].name}: output '{self._outputs[unit][position]}' is {values[position]} "
+            f"at t = {to_seconds(int(time)):.9g} s, not a finite number; "
+            f"check the component's parameters, inputs and step size{self._inputs_of(unit)}"
+        )
+
+    # Groups that are iterated
+
+    def _iterate(self, unit: int) -> None:
+        """Step a whole group over the window of its largest step, until its inputs and outputs agree."""
+        self._iterations += iterate(self, int(self.layout.units[unit, kernel.GROUP]), self.system.iteration)
+        self._windows += 1
+        self.layout.control[kernel.PENDING] = kernel.GROUP_STEPPED
+
+    def prepare_window(self, members: Sequence[int], counts: Sequence[int]) -> None:
+        """Step what feeds a group from outside until it has all samples for so many steps, and make room for them."""
+        layout = self.layout
+        for unit, count in zip(members, counts, strict=True):
+            row = layout.units[unit]
+            for k in range(count):
+                request = int(row[kernel.TIME] + k * row[kernel.STEP] + row[kernel.OFFSET])
+                link, number = kernel.wanting(unit, request, layout.units, layout.links)
+                while link >= 0:
+                    source = int(layout.links[link, kernel.SOURCE])
+                    self._reach(source, number)
+                    link, number = kernel.wanting(unit, request, layout.units, layout.links)
+            if row[kernel.ROWS] - (row[kernel.NEWEST] + 1 - row[kernel.BASE]) < count:
+                self._pass_on()
+                kernel.compact(unit, layout.units, layout.heap)
+
+    def _reach(self, source: int, number: int) -> None:
+        """Step the group of a component outside the present one until it has a sample."""
+        control, stack = self.layout.control, self.layout.stack
+        before = control.copy(), stack.copy()
+        stack[0] = self.layout.units[source, kernel.GROUP], source, number
+        control[kernel.DEPTH], control[kernel.PENDING] = 1, -1
+        self._run(np.iinfo(np.int64).min)
+        control[:], stack[:] = before
+
+    def step_alone(self, unit: int, inputs: FloatArray | None = None) -> None:
+        """Step one component, with inputs that are given or those that its links have."""
+        layout, row = self.layout, self.layout.units[unit]
+        if inputs is not None:
+            layout.values(unit)[:] = inputs
+            row[kernel.FILLED] = 1
+        arrays = layout.units, layout.links, layout.index, layout.heap, layout.room.ctypes.data, layout.control
+        while True:
+            code = kernel.step_alone(unit, layout.clock, *arrays)
+            if code == kernel.DONE:
+                return
+            if code == kernel.CALL:
+                self._call(unit)
+            elif code == kernel.WEIGHTS:
+                layout.supply_weights()
+            else:
+                self._failed(unit)
+
+    # The end
 
     def terminate(self) -> None:
         """End the simulation of every component. A component that fails in it only causes a note."""
-        for unit in self._units:
+        for instance in self.instances:
             try:
-                unit.instance.terminate()
+                instance.terminate()
             except Exception as error:
-                self._notes.append(f"{unit.name}: failed while terminating: {error}")
+                self._notes.append(f"{instance.name}: failed while terminating: {error}")
 
     def summary(self) -> RunSummary:
         """Summarize what happened so far."""
-        times = {index: time for queue in self._queues for time, _, index in queue}
+        notes = list(self._notes)
+        if self._windows:
+            notes.append(f"{self._windows} windows took {self._iterations / self._windows:.3g} iterations each")
+        if self._discarded:
+            notes.append(f"{self._discarded} steps were discarded by a component and taken in pieces")
         return RunSummary(
-            start=self._start,
+            start=self.start,
             stop=self._stop,
             components=tuple(
                 ComponentSummary(
-                    name=unit.name,
-                    steps=unit.steps,
-                    time=times[unit.index],
-                    wall_time=unit.nanoseconds / NANOSECONDS_PER_SECOND,
+                    name=instance.name,
+                    steps=int(row[kernel.STEPS]),
+                    time=int(row[kernel.TIME]),
+                    wall_time=int(row[kernel.NANOSECONDS]) / NANOSECONDS_PER_SECOND,
                 )
-                for unit in self._units
+                for instance, row in zip(self.instances, self.layout.units, strict=True)
             ),
             wall_time=(perf_counter_ns() - self._began) / NANOSECONDS_PER_SECOND,
             initialization_sweeps=self._sweeps,
-            notes=tuple(self._notes),
+            notes=tuple(notes),
         )
 
 
-def _first_event(queue: list[_Event]) -> _Event:
-    return queue[0]
-
-
-def run(system: System, stop: int, start: int = 0, observers: Sequence[Observer] = ()) -> RunSummary:
+def run(
+    system: System,
+    stop: int,
+    start: int = 0,
+    observers: Sequence[Observer] = (),
+    checkpoints: Checkpoints | None = None,
+) -> RunSummary:
     """Run a system from start to stop, and free its instances whatever happens.
 
     Parameters
@@ -376,6 +478,8 @@ def run(system: System, stop: int, start: int = 0, observers: Sequence[Observer]
         Stop and start time in ns.
     observers
         Who gets the samples.
+    checkpoints
+        Where and how often the state of the run is kept, and the one from which it goes on.
 
     Raises
     ------
@@ -386,17 +490,22 @@ def run(system: System, stop: int, start: int = 0, observers: Sequence[Observer]
         If a component cannot be loaded or initialized.
     StepError
         If a component fails in a step or gives a value that is not finite.
+    CheckpointError
+        If a checkpoint cannot be written, or is of another system.
     """
     try:
         if stop <= start:
             raise WiringError(
                 f"the stop time {to_seconds(stop)} s is not later than the start time {to_seconds(start)} s"
             )
-        master = Master(system, observers)
+        if checkpoints is not None:
+            require_serializable(system)
+        watching = observers if checkpoints is None else (checkpoints.spool, *observers)
+        master = Master(system, watching)
         reason: BaseException | None = None
         try:
-            master.initialize(start)
-            master.advance(stop)
+            master.initialize(start, checkpoints)
+            _advance(master, start, stop, checkpoints)
             master.terminate()
         except BaseException as error:
             reason = error
@@ -404,8 +513,21 @@ def run(system: System, stop: int, start: int = 0, observers: Sequence[Observer]
         finally:
             for observer in observers:
                 observer.stopped(reason, master.summary())
+            if checkpoints is not None:
+                checkpoints.stopped(reason)
         return master.summary()
     finally:
         for component in system.components:
             with suppress(Exception):  # the first error matters, and the others must still be freed
                 component.instance.free()
+
+
+def _advance(master: Master, start: int, stop: int, checkpoints: Checkpoints | None) -> None:
+    if checkpoints is None:
+        master.advance(stop)
+        return
+    begin = checkpoints.resumed.time if checkpoints.resumed else start
+    for time in checkpoints.times(begin, stop):
+        master.advance(time)
+        if time < stop:
+            checkpoints.save(master, time)

@@ -1,46 +1,25 @@
-"""FMI 2.0 co-simulation FMUs: loading and stepping.
+"""FMI 2.0 co-simulation FMUs, and opening an FMU of any version."""
 
-FMPy loads the shared library and declares its functions. What happens once a step calls these functions
-directly on buffers that are made once, because FMPy's list interface would cost more than the rest of the
-master.
-"""
-
-import atexit
-import contextlib
 import ctypes
-import itertools
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import fmpy
 import fmpy.fmi1
 import fmpy.fmi2
 import fmpy.logging
 import numpy as np
-from numpy.typing import NDArray
 
-from tlpsim.loads.errors import FmuError, StepError, TlpsimError
-from tlpsim.orchestrator.description import FmuDescription, extracted, read_description
-from tlpsim.orchestrator.instance import Instance, checked_parameters
+from tlpsim.loads.errors import FmuError
+from tlpsim.orchestrator.description import CO_SIMULATION, MODEL_EXCHANGE, FmuDescription, read_description
+from tlpsim.orchestrator.fmi import FmiInstance
+from tlpsim.orchestrator.fmi3 import Fmi3Instance
+from tlpsim.orchestrator.fmu_log import log_of
+from tlpsim.orchestrator.python_fmu import is_python_fmu
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from tlpsim.orchestrator.ode import SolverOptions
 
-_STATUS_NAMES = {0: "ok", 1: "warning", 2: "discard", 3: "error", 4: "fatal", 5: "pending"}
-_WARNING, _FATAL = 1, 4
-_LOG_LENGTH = 64
-
-
-def _readable(message: bytes | None) -> str:
-    """Reduce a log message to one line; of a Python traceback the last line tells what went wrong."""
-    text = (message or b"").decode("utf-8", errors="replace")
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return lines[-1] if lines else ""
-
-
-_loggers: dict[int, Callable[[int, str], None]] = {}
-_log_numbers = itertools.count(1)
+_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 
 
 def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
@@ -48,11 +27,11 @@ def _log(environment: int | None, name: bytes, status: int, category: bytes, mes
 
     Messages of instances that this module did not make go where FMPy puts them.
     """
-    log = _loggers.get(environment or 0)
+    log = log_of(environment)
     if log is None:
         fmpy.fmi1.printLogMessage(environment, name, status, category, message)
     else:
-        log(status, _readable(message))
+        log.add(status, message)
 
 
 _logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(_log)
@@ -70,36 +49,80 @@ def _callbacks(number: int, description: FmuDescription) -> Any:
     callbacks.allocateMemory = fmpy.fmi2.defaultCallbacks.allocateMemory
     callbacks.freeMemory = fmpy.fmi2.defaultCallbacks.freeMemory
     callbacks.componentEnvironment = number
-    if "PythonFMU" not in description.generation_tool:
+    if not is_python_fmu(description):
         fmpy.logging.addLoggerProxy(ctypes.byref(callbacks))
     return callbacks
 
 
-_released_at_exit: set[int] = set()
+class FmuInstance(FmiInstance):
+    """An instance of an FMI 2.0 co-simulation FMU, loaded into this process on first use; see `FmiInstance`."""
+
+    version = 2
+    _interface = 1
+    """The fmi2Type of its kind."""
+    _state_word = "FMUstate"
+    _deserialize_word = "DeSerialize"
+    _numbers: ClassVar = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int32}
+
+    def _new_component(self, resources: Path) -> int | None:
+        self._callbacks = _callbacks(self._log.number, self.description)
+        whole, text, pointer = ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p
+        instantiate = self._function("fmi2Instantiate", text, whole, text, text, pointer, whole, whole, result=pointer)
+        component: int | None = instantiate(
+            self.name.encode(),
+            self._interface,
+            self.description.guid.encode(),
+            resources.as_uri().encode(),
+            ctypes.byref(self._callbacks),
+            0,
+            not self._log_categories,
+        )
+        return component
+
+    def enter_initialization(self, start_time: float) -> None:
+        """Set up the experiment, without a stop time, and enter the initialization mode; see `Instance`."""
+        self._instantiate()
+        self._log.time = start_time
+        whole, real = ctypes.c_int, ctypes.c_double
+        if self.kind == CO_SIMULATION:
+            self._do_step = self._function("fmi2DoStep", ctypes.c_void_p, real, real, whole)
+        types = (whole, real, real, whole, real)
+        self._call(FmuError, "fmi2SetupExperiment", types, 0, 0.0, start_time, 0, 0.0)
+        self._call(FmuError, "fmi2EnterInitializationMode")
+
+    def step(self, time: float, size: float) -> None:
+        """Step; see `Instance`. A discarded step raises DiscardError."""
+        self._log.time = time
+        # the flag is false while there are saved states, to which the master may go back
+        status = self._do_step(self._component, time, size, 0 if self._states else 1)
+        if status:
+            self._check_step(status, size)
+
+    def _discard_note(self) -> str:
+        terminated = self._asked("Boolean", _TERMINATED, ctypes.c_int)
+        return "; it asks for the end of the simulation" if terminated else ""
+
+    def last_successful_time(self) -> float | None:
+        """Time up to which a discarded step was computed; see `Instance`."""
+        time: float | None = self._asked("Real", _LAST_SUCCESSFUL_TIME, ctypes.c_double)
+        return time
+
+    def _asked(self, kind: str, which: int, type: Any) -> Any:
+        """Value of a status function, or None; messages that it is not supported are no cause of a failure."""
+        if self._broken or self._component is None:
+            return None
+        value = type()
+        function = self._function(f"fmi2Get{kind}Status", ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
+        self._log.muted = True
+        status = function(self._component, which, ctypes.byref(value))
+        self._log.muted = False
+        return value.value if status <= 1 else None
 
 
-def _release_python_state_at_exit(library: Any) -> None:
-    """Keep the library of a Python FMU from releasing its state twice when the process ends.
-
-    pythonfmu 0.7 releases it in a destructor of the library that runs after the C++ one, which now and then ends the
-    process with a corrupted heap. Released before both, neither finds anything to do.
-    """
-    release = getattr(library, "finalizePythonInterpreter", None)
-    if release is not None and library._handle not in _released_at_exit:
-        _released_at_exit.add(library._handle)
-        atexit.register(release)
-
-
-_SETTERS: dict[str, tuple[str, Callable[[Any], Any]]] = {
-    "Real": ("setReal", float),
-    "Integer": ("setInteger", int),
-    "Boolean": ("setBoolean", int),
-    "String": ("setString", str),
-}
-
-
-class FmuInstance(Instance):
-    """An instance of an FMI 2.0 co-simulation FMU, loaded into this process on first use.
+def open_fmu(
+    name: str, path: str | Path, kind: str | None = None, solver: "SolverOptions | None" = None
+) -> FmiInstance:
+    """Make an instance of an FMU of FMI 2.0 or 3.0.
 
     Parameters
     ----------
@@ -107,211 +130,23 @@ class FmuInstance(Instance):
         Name of the component.
     path
         Path of the FMU.
+    kind
+        `tlpsim.orchestrator.description.CO_SIMULATION` or `MODEL_EXCHANGE`; None for the former where the FMU has it.
+    solver
+        How the differential equations are solved of an FMU for model exchange.
 
     Raises
     ------
     FmuError
-        As `read_description`.
+        As `FmiInstance`.
     """
+    description = read_description(path)
+    if kind is None:
+        only = MODEL_EXCHANGE in description.kinds and CO_SIMULATION not in description.kinds
+        kind = MODEL_EXCHANGE if only else CO_SIMULATION
+    if kind == MODEL_EXCHANGE:
+        # here, because these instances are made of those of this module
+        from tlpsim.orchestrator.model_exchange import Fmi3ModelExchangeInstance, ModelExchangeInstance
 
-    def __init__(self, name: str, path: str | Path) -> None:
-        self.name = name
-        self.description = read_description(path)
-        self.variables = self.description.variables
-        self.can_get_and_set_state = self.description.capabilities["canGetAndSetFMUstate"]
-        self.can_serialize_state = self.description.capabilities["canSerializeFMUstate"]
-        self._number = next(_log_numbers)
-        self._messages: deque[tuple[float, int, str]] = deque(maxlen=_LOG_LENGTH)
-        self._fmu: Any = None
-        self._callbacks: Any = None
-        self._component: Any = None
-        self._running = False
-        self._broken = False
-        self._time = 0.0
-
-    @property
-    def messages(self) -> tuple[str, ...]:
-        """The newest log messages of the FMU, oldest first, one line each."""
-        return tuple(
-            f"t = {time:.9g} s, {_STATUS_NAMES.get(status, status)}: {text}" for time, status, text in self._messages
-        )
-
-    def _log(self, status: int, text: str) -> None:
-        self._messages.append((self._time, status, text))
-
-    def _last_message(self) -> str:
-        """Return the gravest message of the current step (the newest such) after a colon, or nothing."""
-        current = [(status, text) for time, status, text in self._messages if time == self._time]
-        if not current:
-            return ""
-        gravest = max(status for status, _ in current)
-        return next(f": {text}" for status, text in reversed(current) if status == gravest)
-
-    def _fail(self, error: type[TlpsimError], function: str, status: int) -> NoReturn:
-        if status == _FATAL:
-            self._broken = True
-        self._running = False
-        raise error(
-            f"{self.name}: {function} at t = {self._time:.9g} s returned "
-            f"{_STATUS_NAMES.get(status, f'status {status}')}{self._last_message()}"
-        )
-
-    @contextlib.contextmanager
-    def _loading(self, what: str) -> Any:
-        """Turn whatever FMPy raises while an instance is set up into one readable error."""
-        try:
-            yield
-        except fmpy.fmi1.FMICallException as error:
-            self._fail(FmuError, f"{error.function} while {what}", error.status)
-        except TlpsimError:
-            raise
-        except Exception as error:
-            cause = self._last_message() or f": {error}"
-            raise FmuError(f"{self.name}: failed while {what} {self.description.path}{cause}") from error
-
-    def _instantiate(self) -> None:
-        if self._component is not None:
-            return
-        folder = extracted(self.description)
-        self._callbacks = _callbacks(self._number, self.description)
-        _loggers[self._number] = self._log
-        with self._loading("loading"):
-            fmu = fmpy.fmi2.FMU2Slave(
-                guid=self.description.guid,
-                unzipDirectory=str(folder),
-                modelIdentifier=self.description.model_identifier,
-                instanceName=self.name,
-            )
-            fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
-        _release_python_state_at_exit(fmu.dll)
-        self._fmu = fmu
-        self._component = ctypes.c_void_p(fmu.component)
-        self._set_real_function = fmu.dll.fmi2SetReal
-        self._get_real_function = fmu.dll.fmi2GetReal
-        self._do_step_function = fmu.dll.fmi2DoStep
-
-    def set_parameters(self, values: Mapping[str, object]) -> None:
-        """Set parameters through the FMI setter of their type; see `Instance`."""
-        checked = checked_parameters(self.name, self.variables, values)
-        self._instantiate()
-        with self._loading("setting parameters of"):
-            for name, value in checked.items():
-                setter, convert = _SETTERS[self.variables[name].type]
-                getattr(self._fmu, setter)([self.description.value_references[name]], [convert(value)])
-
-    def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Allocate the buffers of `set_inputs` and `get_outputs`; see `Instance`."""
-        references = self.description.value_references
-        self._inputs = np.zeros(len(inputs))
-        self._outputs = np.zeros(len(outputs))
-        self._input_count, self._output_count = len(inputs), len(outputs)
-        self._input_references = (ctypes.c_uint * len(inputs))(*(references[name] for name in inputs))
-        self._output_references = (ctypes.c_uint * len(outputs))(*(references[name] for name in outputs))
-        # views of the numpy buffers, which ctypes passes without any conversion
-        self._input_values = (ctypes.c_double * len(inputs)).from_buffer(self._inputs.data) if inputs else None
-        self._output_values = (ctypes.c_double * len(outputs)).from_buffer(self._outputs.data) if outputs else None
-
-    def enter_initialization(self, start_time: float) -> None:
-        """Set up the experiment, without a stop time, and enter the initialization mode; see `Instance`."""
-        self._instantiate()
-        self._time = start_time
-        with self._loading("initializing"):
-            self._fmu.setupExperiment(startTime=start_time)
-            self._fmu.enterInitializationMode()
-
-    def exit_initialization(self) -> None:
-        """Leave the initialization mode; see `Instance`."""
-        with self._loading("initializing"):
-            self._fmu.exitInitializationMode()
-        self._running = True
-
-    def set_inputs(self, values: FloatArray) -> None:
-        """Set the bound inputs; see `Instance`."""
-        if self._input_count:
-            self._inputs[:] = values
-            status = self._set_real_function(
-                self._component, self._input_references, self._input_count, self._input_values
-            )
-            if status > _WARNING:
-                self._fail(StepError, "fmi2SetReal", status)
-
-    def step(self, time: float, size: float) -> None:
-        """Step; see `Instance`."""
-        self._time = time
-        status = self._do_step_function(self._component, time, size, 1)
-        if status > _WARNING:
-            self._fail(StepError, f"fmi2DoStep of {size:.9g} s", status)
-
-    def get_outputs(self, into: FloatArray) -> None:
-        """Read the bound outputs; see `Instance`."""
-        if self._output_count:
-            status = self._get_real_function(
-                self._component, self._output_references, self._output_count, self._output_values
-            )
-            if status > _WARNING:
-                self._fail(StepError, "fmi2GetReal", status)
-            into[:] = self._outputs
-
-    @contextlib.contextmanager
-    def _state_call(self, capable: bool, what: str) -> Any:
-        if not capable:
-            raise StepError(f"{self.name}: the FMU {self.description.path} cannot {what}")
-        try:
-            yield
-        except fmpy.fmi1.FMICallException as error:
-            self._fail(StepError, error.function, error.status)
-
-    def get_state(self) -> object:
-        """Return a handle of a state inside the FMU; give it to `free_state` when done."""
-        with self._state_call(self.can_get_and_set_state, "save its state"):
-            return self._fmu.getFMUstate()
-
-    def set_state(self, state: object) -> None:
-        """Go back to a saved state."""
-        with self._state_call(self.can_get_and_set_state, "restore its state"):
-            self._fmu.setFMUstate(state)
-
-    def free_state(self, state: object) -> None:
-        """Release a saved state."""
-        with self._state_call(self.can_get_and_set_state, "release a state"):
-            self._fmu.freeFMUstate(state)
-
-    def serialize_state(self, state: object) -> bytes:
-        """Turn a saved state into bytes."""
-        with self._state_call(self.can_serialize_state, "serialize its state"):
-            return bytes(self._fmu.serializeFMUstate(state))
-
-    def deserialize_state(self, data: bytes) -> object:
-        """Turn bytes into a state for `set_state`."""
-        with self._state_call(self.can_serialize_state, "deserialize a state"):
-            return self._fmu.deSerializeFMUstate(data)
-
-    def terminate(self) -> None:
-        """End the simulation, if it runs and did not fail."""
-        if self._running and not self._broken:
-            self._running = False
-            with self._state_call(True, "terminate"):
-                self._fmu.terminate()
-
-    def free(self) -> None:
-        """Free the instance. The library stays loaded: a Python FMU does not survive a reload.
-
-        After a fatal status no function of the FMU may be called, so the instance is abandoned then (FMI
-        2.0.4, section 2.1.3).
-        """
-        fmu, self._fmu, self._component = self._fmu, None, None
-        if fmu is not None and not self._broken:
-            fmu.fmi2FreeInstance(fmu.component)
-        _loggers.pop(self._number, None)
-
-    def describe(self) -> dict[str, str]:
-        """Return path, digest and origin of the FMU."""
-        description = self.description
-        return {
-            "fmu": str(description.path),
-            "sha256": description.sha256,
-            "model_name": description.model_name,
-            "guid": description.guid,
-            "generation_tool": description.generation_tool,
-            "version": description.version,
-        }
+        return (ModelExchangeInstance if description.fmi_major == 2 else Fmi3ModelExchangeInstance)(name, path, solver)
+    return (FmuInstance if description.fmi_major == 2 else Fmi3Instance)(name, path)

@@ -36,7 +36,7 @@ class Variable:
     variability
         ``constant``, ``fixed``, ``tunable``, ``discrete`` or ``continuous``.
     type
-        ``Real``, ``Integer``, ``Boolean`` or ``String``.
+        ``Real``, ``Integer``, ``Boolean`` or ``String``, whatever the width of a number.
     unit
         Unit string, or None when none is declared.
     description
@@ -45,6 +45,8 @@ class Variable:
         Start value of the type, or None.
     derivative_of
         Name of the variable of which this one is the time derivative, or None.
+    depends_on
+        Names of the inputs on which an output depends directly; None where nothing is declared, which means all.
     """
 
     name: str
@@ -55,6 +57,61 @@ class Variable:
     description: str = ""
     start: float | int | bool | str | None = None
     derivative_of: str | None = None
+    depends_on: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unit:
+    """A unit by the base units of SI, as FMI defines it: value in base units = factor * value + offset.
+
+    Parameters
+    ----------
+    exponents
+        Of kg, m, s, A, K, mol, cd and rad.
+    factor, offset
+        To base units.
+    """
+
+    exponents: tuple[int, int, int, int, int, int, int, int] = (0, 0, 0, 0, 0, 0, 0, 0)
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NativeCalls:
+    """Addresses by which the compiled loop steps an instance without Python; see `tlpsim.orchestrator.native`.
+
+    Every address is a whole number. The instance keeps what they point to alive, and in its place, until it is bound
+    again or freed.
+
+    Parameters
+    ----------
+    version
+        2 or 3: which FMI's functions they are.
+    instance
+        The fmi2Component or fmi3Instance.
+    set_values, do_step, get_values
+        fmi2SetReal or fmi3SetFloat64, fmi2DoStep or fmi3DoStep, fmi2GetReal or fmi3GetFloat64.
+    input_references, output_references
+        Value references of the calls, unsigned 32-bit, shape (number of references,). Those of arrays stand for all of
+        their elements.
+    inputs, outputs
+        Buffers of the values of the calls, float64, shape (number of values,).
+    input_places, output_places
+        Places in these buffers of the bound inputs and outputs, int64, shape (number of bound ones,).
+    """
+
+    version: int
+    instance: int
+    set_values: int
+    do_step: int
+    get_values: int
+    input_references: NDArray[np.uint32]
+    output_references: NDArray[np.uint32]
+    inputs: FloatArray
+    outputs: FloatArray
+    input_places: NDArray[np.int64]
+    output_places: NDArray[np.int64]
 
 
 def nearest_match(name: str, candidates: Iterable[str]) -> str:
@@ -71,14 +128,22 @@ class Instance(ABC):
     name
         Name of the component, unique in a system.
     variables
-        Declared variables by name.
+        Declared scalar variables by name; the elements of an array are ``x[1]``, ``x[2]`` or ``x[1,1]``, ``x[1,2]``.
+    arrays
+        Shapes of array variables by name, as ``x``.
+    units
+        Definitions of units by name, as far as the component gives them.
     """
 
     name: str
     variables: Mapping[str, Variable]
+    arrays: Mapping[str, tuple[int, ...]] = MappingProxyType({})
+    units: Mapping[str, Unit] = MappingProxyType({})
 
     can_get_and_set_state: bool = False
     can_serialize_state: bool = False
+    clock: Callable[[], float] | None = None
+    """The master's function of the component's own time in s, for what is logged within a step."""
 
     @abstractmethod
     def set_parameters(self, values: Mapping[str, object]) -> None:
@@ -92,7 +157,10 @@ class Instance(ABC):
 
     @abstractmethod
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """Fix which Real variables `set_inputs` and `get_outputs` pass, and in which order."""
+        """Fix which numerical variables `set_inputs` and `get_outputs` pass as float64, and in which order.
+
+        An integer is rounded, and a boolean is true from 0.5 on.
+        """
 
     @abstractmethod
     def enter_initialization(self, start_time: float) -> None:
@@ -119,6 +187,32 @@ class Instance(ABC):
     @abstractmethod
     def get_outputs(self, into: FloatArray) -> None:
         """Write the bound outputs into an array of shape (number of outputs,)."""
+
+    def native_calls(self) -> NativeCalls | None:
+        """Addresses for the compiled loop, valid after `bind` and the initialization; None where Python is needed."""
+        return None
+
+    def native_failure(
+        self, function: str, time: float, size: float, status: int, last_time: float = math.nan
+    ) -> StepError:
+        """The error for a status that the compiled loop got from one of the addresses.
+
+        Parameters
+        ----------
+        function
+            ``setting inputs``, ``doStep`` or ``getting outputs``.
+        time, size
+            Of the step, s.
+        last_time
+            What a step of FMI 3.0 gave as its last successful time, s.
+        """
+        return StepError(
+            f"{self.name}: {function} in the step of {size:.9g} s at t = {time:.9g} s gave status {status}"
+        )
+
+    def last_successful_time(self) -> float | None:
+        """Time in s up to which a discarded step was computed; None where the component does not say."""
+        return None
 
     def get_state(self) -> object:
         """Return a copy of the internal state, for `set_state`."""
@@ -232,7 +326,8 @@ class PythonInstance(Instance):
         Start values by name. Inputs and outputs are Real; a parameter has the type of its value.
     initialize
         Function (values, time) that writes the outputs of the start time. Called in the initialization mode
-        whenever outputs are asked for, so that outputs can depend on inputs.
+        whenever outputs are asked for, so that outputs can depend on inputs: without it none depends directly on
+        one.
     units
         Units by variable name.
     derivatives
@@ -278,6 +373,7 @@ class PythonInstance(Instance):
                 unit=units.get(key),
                 start=value,
                 derivative_of=derivatives.get(key),
+                depends_on=() if initialize is None and causality == "output" else None,
             )
             for key, causality, value in declared
         }

@@ -20,21 +20,21 @@ class Observer:
     def started(self, system: System) -> None:
         """Prepare for a run of a system whose components have been initialized."""
 
-    def sampled(self, index: int, time: int, values: FloatArray) -> None:
-        """Take a sample of one component.
+    def sampled(self, index: int, times: NDArray[np.int64], values: FloatArray) -> None:
+        """Take successive samples of one component.
 
-        The samples of one component come in the order of time. Those of different components need not: a
-        component outside every loop is stepped ahead of those that it feeds, also past the end of the run.
+        The samples of one component come in the order of time. Those of different components need not: they come in
+        blocks, and a component outside every loop is stepped ahead of those that it feeds, also past the end of the run.
 
         Parameters
         ----------
         index
             Index of the component in the system.
-        time
-            Time of the sample in ns.
+        times
+            Times of the samples in ns, shape (samples,).
         values
-            The component's bound outputs, see `tlpsim.orchestrator.system.bound_outputs`. Copy what must be
-            kept: the array is used again.
+            The component's bound outputs, see `tlpsim.orchestrator.system.bound_outputs`, shape (samples, outputs). Copy
+            what must be kept: the array is used again.
         """
 
     def stopped(self, reason: BaseException | None, summary: "RunSummary") -> None:
@@ -55,7 +55,7 @@ class MemoryRecorder(Observer):
 
     def __init__(self) -> None:
         self.names: dict[str, tuple[str, ...]] = {}
-        self._times: list[list[int]] = []
+        self._times: list[list[NDArray[np.int64]]] = []
         self._values: list[list[FloatArray]] = []
         self._index: dict[str, int] = {}
 
@@ -67,14 +67,14 @@ class MemoryRecorder(Observer):
         self._times = [[] for _ in system.components]
         self._values = [[] for _ in system.components]
 
-    def sampled(self, index: int, time: int, values: FloatArray) -> None:
-        """Copy a sample."""
-        self._times[index].append(time)
+    def sampled(self, index: int, times: NDArray[np.int64], values: FloatArray) -> None:
+        """Copy samples."""
+        self._times[index].append(times.copy())
         self._values[index].append(values.copy())
 
     def ticks(self, component: str) -> NDArray[np.int64]:
         """Return the times of a component's samples in ns, shape (samples,)."""
-        return np.array(self._times[self._index[component]], dtype=np.int64)
+        return np.concatenate([np.zeros(0, dtype=np.int64), *self._times[self._index[component]]])
 
     def times(self, component: str) -> FloatArray:
         """Return the times of a component's samples in s, shape (samples,)."""
@@ -82,7 +82,8 @@ class MemoryRecorder(Observer):
 
     def values(self, component: str) -> FloatArray:
         """Return all samples of a component, shape (samples, bound outputs)."""
-        return np.array(self._values[self._index[component]]).reshape(-1, len(self.names[component]))
+        width = len(self.names[component])
+        return np.concatenate([np.zeros((0, width)), *self._values[self._index[component]]])
 
     def signal(self, component: str, name: str) -> FloatArray:
         """Return the samples of one output, shape (samples,)."""

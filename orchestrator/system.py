@@ -1,5 +1,6 @@
 """Components, connections, and what can be said of a system before anything runs: errors, notes, loops."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,10 +8,17 @@ from types import MappingProxyType
 
 from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import CAUSAL, SYMMETRIC
+from tlpsim.orchestrator.arrays import expanded
+from tlpsim.orchestrator.clock import to_seconds
+from tlpsim.orchestrator.graph import algebraic_loops, strong_components
 from tlpsim.orchestrator.instance import Instance, Variable, nearest_match
+from tlpsim.orchestrator.units import unit_conversion
 
 INPUTS_AT = ("end", "middle", "start")
 """Where in its step a component's inputs are evaluated."""
+
+ANTI_ALIAS = "anti_alias"
+"""The filter for a target that is slower than the source."""
 
 EXTRAPOLATIONS = ("derivatives", "hold", "linear", "quadratic")
 """How a signal is continued beyond its newest sample."""
@@ -18,6 +26,12 @@ EXTRAPOLATIONS = ("derivatives", "hold", "linear", "quadratic")
 _MEMBER = re.compile(r"(?<=\[)\d+(?=\])|(?<=\.)[^.\[\]]+$")
 """The number of an element, or the last part of a structured name: what the members of a family differ in."""
 _MOST_NAMED = 3
+_TAKEN_BY = {
+    "Real": ("Real", "Integer", "Boolean"),
+    "Integer": ("Integer", "Boolean"),
+    "Boolean": ("Boolean",),
+}
+"""Types of outputs that an input of each type takes."""
 _NO_PARAMETERS: Mapping[str, object] = MappingProxyType({})
 
 
@@ -32,7 +46,7 @@ class Component:
     step
         Step in ns.
     parameters
-        Parameters, and start values of inputs, by variable name.
+        Parameters, and start values of inputs, by variable name; of an array a list, or lists of lists.
     inputs_at
         Instant within a step for which the inputs are evaluated: ``end``, ``middle`` or ``start``.
     outputs
@@ -54,14 +68,14 @@ class Component:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """A signal from an output of one component to an input of another.
+    """A signal from an output of one component to an input of another, input = factor * output + offset.
 
     Parameters
     ----------
     source, source_variable
-        Component and output that the signal comes from.
+        Component and output that the signal comes from; the name of an array for all of its elements.
     target, target_variable
-        Component and input that it goes to.
+        Component and input that it goes to, an array of the same shape for an array.
     filter
         How values between samples are found: ``hold``, ``linear``, ``cubic`` or ``quintic``, and outside
         loops also ``six_point``, ``kaiser`` or ``optimal``, which have no causal form.
@@ -69,6 +83,10 @@ class Connection:
         How values beyond the newest sample are found, which only happens in loops: ``hold``, ``linear`` or
         ``quadratic`` through the newest samples, or ``derivatives``: the derivatives up to second order
         that the source declares, and linear where it declares none.
+    factor, offset
+        Linear transformation, in the unit of the input: it comes after the conversion of units.
+    suppress_unit_conversion
+        Take the numbers as they are, whatever the units at the two ends.
     """
 
     source: str
@@ -77,17 +95,58 @@ class Connection:
     target_variable: str
     filter: str = "cubic"
     extrapolation: str = "derivatives"
+    factor: float = 1.0
+    offset: float = 0.0
+    suppress_unit_conversion: bool = False
 
     def __str__(self) -> str:
         return f"{self.source}.{self.source_variable} -> {self.target}.{self.target_variable}"
 
 
+ALGORITHMS = ("multirate", "sequential", "parallel", "iterative")
+"""How the components of a loop are stepped, see `tlpsim.orchestrator.algorithms`."""
+
+ACCELERATIONS = ("none", "aitken", "quasi_newton")
+"""Of the iteration, see `tlpsim.orchestrator.algorithms`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Iteration:
+    """When the iteration of a loop ends, and how it is accelerated.
+
+    Parameters
+    ----------
+    tolerance
+        Largest change of an input between two iterations, relative to its size.
+    most
+        Number of iterations after which it counts as failed.
+    acceleration
+        ``quasi_newton``, ``aitken`` or ``none``.
+    """
+
+    tolerance: float = 1e-9
+    most: int = 50
+    acceleration: str = "quasi_newton"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class System:
-    """Components and their connections."""
+    """Components and their connections.
+
+    Parameters
+    ----------
+    components, connections
+        Names of components are unique.
+    algorithm
+        Of the loops, one of `ALGORITHMS`.
+    iteration
+        Of the algorithm ``iterative``.
+    """
 
     components: tuple[Component, ...]
     connections: tuple[Connection, ...] = ()
+    algorithm: str = "multirate"
+    iteration: Iteration = Iteration()
 
 
 def _component(by_name: Mapping[str, Component], name: str, connection: Connection) -> Component:
@@ -97,7 +156,7 @@ def _component(by_name: Mapping[str, Component], name: str, connection: Connecti
 
 
 def _variable(component: Component, name: str, causality: str, where: str) -> Variable:
-    """Return a Real variable of the wanted causality, or raise."""
+    """Return a numerical variable of the wanted causality, or raise."""
     variables = component.instance.variables
     if name not in variables:
         alike = [key for key, variable in variables.items() if variable.causality == causality]
@@ -109,17 +168,12 @@ def _variable(component: Component, name: str, causality: str, where: str) -> Va
             f"{where}: '{component.name}.{name}' has the causality {variable.causality}, not {causality}; "
             "connect an output to an input"
         )
-    if variable.type != "Real":
+    if variable.type not in _TAKEN_BY:
         raise WiringError(
-            f"{where}: '{component.name}.{name}' is of the type {variable.type}; only Real can be connected"
+            f"{where}: '{component.name}.{name}' is of the type {variable.type}; "
+            f"only {', '.join(_TAKEN_BY)} can be connected"
         )
     return variable
-
-
-def _unit(text: str | None) -> str:
-    """Normalise the spelling of a product; dimensionless units count as undeclared."""
-    plain = (text or "").replace(" ", "").replace("*", ".").replace("·", ".")
-    return "" if plain in ("1", "-") else plain
 
 
 def _check_component(component: Component) -> None:
@@ -140,25 +194,84 @@ def _check_connection(connection: Connection, by_name: Mapping[str, Component]) 
     target = _component(by_name, connection.target, connection)
     output = _variable(source, connection.source_variable, "output", where)
     into = _variable(target, connection.target_variable, "input", where)
-    if _unit(output.unit) and _unit(into.unit) and _unit(output.unit) != _unit(into.unit):
-        raise WiringError(f"{where}: the output is in {output.unit} and the input in {into.unit}; connect like units")
-    if connection.filter not in SYMMETRIC:
-        raise WiringError(f"{where}: filter '{connection.filter}' is not one of {', '.join(SYMMETRIC)}")
+    if output.type not in _TAKEN_BY[into.type]:
+        raise WiringError(
+            f"{where}: the output is {output.type} and the input {into.type}, which takes "
+            f"{' and '.join(_TAKEN_BY[into.type])} only; connect a Real input, or an output of the input's type"
+        )
+    if not (math.isfinite(connection.factor) and math.isfinite(connection.offset)):
+        raise WiringError(
+            f"{where}: factor {connection.factor} and offset {connection.offset} are not both finite; give numbers"
+        )
+    if into.type != "Real" and (connection.factor, connection.offset) != (1.0, 0.0):
+        raise WiringError(f"{where}: the input is {into.type}; factor and offset are for Real inputs, leave them out")
+    _conversion(connection, source.instance, target.instance)
+    if connection.filter == ANTI_ALIAS and source.step >= target.step:
+        raise WiringError(
+            f"{where}: the filter {ANTI_ALIAS} is for a target that is slower than its source, and '{target.name}' steps by "
+            f"{to_seconds(target.step):g} s, '{source.name}' by {to_seconds(source.step):g} s; take cubic"
+        )
+    if connection.filter not in (*SYMMETRIC, ANTI_ALIAS):
+        raise WiringError(f"{where}: filter '{connection.filter}' is not one of {', '.join(SYMMETRIC)}, {ANTI_ALIAS}")
     if connection.extrapolation not in EXTRAPOLATIONS:
         raise WiringError(
             f"{where}: extrapolation '{connection.extrapolation}' is not one of {', '.join(EXTRAPOLATIONS)}"
         )
 
 
+def _conversion(connection: Connection, source: Instance, target: Instance) -> tuple[float, float]:
+    gain, offset = 1.0, 0.0
+    if not connection.suppress_unit_conversion:
+        one = source.variables[connection.source_variable].unit
+        other = target.variables[connection.target_variable].unit
+        try:
+            gain, offset = unit_conversion(one, other, source.units, target.units)
+        except ValueError as error:
+            raise WiringError(
+                f"connection {connection}: the output is in {one} and the input in {other}: {error}; "
+                "connect like quantities, or suppress the conversion of units"
+            ) from None
+    return connection.factor * gain, connection.factor * offset + connection.offset
+
+
+def conversion(system: System, connection: Connection) -> tuple[float, float]:
+    """Return gain and offset of a connection of scalars: input = gain * output + offset.
+
+    Units come first, then factor and offset of the connection. Without either exactly 1 and 0.
+
+    Raises
+    ------
+    WiringError
+        If the units at the two ends are of different dimensions, or differ and are not defined.
+    """
+    by_name = {component.name: component for component in system.components}
+    return _conversion(connection, by_name[connection.source].instance, by_name[connection.target].instance)
+
+
 def _check_look_ahead(system: System) -> None:
     """Refuse, inside a loop, filters that need samples from beyond the step."""
     group_of = {system.components[index].name: k for k, group in enumerate(groups(system)) for index in group}
     for connection in system.connections:
-        if connection.filter not in CAUSAL and group_of[connection.source] == group_of[connection.target]:
+        if connection.filter not in (*CAUSAL, ANTI_ALIAS) and group_of[connection.source] == group_of[connection.target]:
             raise WiringError(
                 f"connection {connection}: filter '{connection.filter}' looks ahead, which cannot be done inside the "
                 f"loop of '{connection.source}' and '{connection.target}'; choose one of {', '.join(CAUSAL)}"
             )
+
+
+def _check_algorithm(system: System) -> None:
+    rule = system.iteration
+    for what, value, names in (
+        ("algorithm", system.algorithm, ALGORITHMS),
+        ("acceleration", rule.acceleration, ACCELERATIONS),
+    ):
+        if value not in names:
+            raise WiringError(f"{what} '{value}' is not one of {', '.join(names)}")
+    if not 0.0 < rule.tolerance < 1.0 or rule.most < 1:
+        raise WiringError(
+            f"iteration of loops: tolerance {rule.tolerance} and {rule.most} iterations at most; give a tolerance between "
+            "0 and 1, and one iteration or more"
+        )
 
 
 def check(system: System) -> list[str]:
@@ -172,11 +285,13 @@ def check(system: System) -> list[str]:
     ------
     WiringError
         At the first fault: no components, a name used twice, a step that is not positive, an unknown
-        component, variable, filter or extrapolation, a wrong causality or type, different units at the two
-        ends, an input that is fed twice, or a filter inside a loop that has no causal form.
+        component, variable, filter or extrapolation, a wrong causality, type or shape, units of different
+        dimensions at the two ends, an input that is fed twice, or a filter inside a loop that has no causal form.
     """
+    system = expanded(system)
     if not system.components:
         raise WiringError("the system has no components; give at least one")
+    _check_algorithm(system)
     by_name: dict[str, Component] = {}
     for component in system.components:
         if component.name in by_name:
@@ -198,50 +313,22 @@ def check(system: System) -> list[str]:
             if variable.causality == "input" and not fed_here:
                 name = f"{component.name}.{variable.name}"
                 families.setdefault(_MEMBER.sub("*", name), []).append(name)
-    return [note for family, names in families.items() for note in _left_open(family, names)]
+    return [note for family, names in families.items() for note in _left_open(family, names)] + _loop_notes(system)
+
+
+def _loop_notes(system: System) -> list[str]:
+    cycles = algebraic_loops(system)
+    notes = [
+        f"algebraic loop {' -> '.join((*cycle, cycle[0]))}: its start values are iterated"
+        for cycle in cycles[:_MOST_NAMED]
+    ]
+    return notes + ([f"{len(cycles) - _MOST_NAMED} more algebraic loops"] if len(cycles) > _MOST_NAMED else [])
 
 
 def _left_open(family: str, names: Sequence[str]) -> list[str]:
     if len(names) > _MOST_NAMED:
         return [f"{len(names)} inputs {family} are not connected and keep their start values"]
     return [f"input {name} is not connected and keeps its start value" for name in names]
-
-
-def strong_components(successors: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Strongly connected components of a directed graph (R. Tarjan, SIAM Journal on Computing 1, 1972).
-
-    Parameters
-    ----------
-    successors
-        For each node, the nodes that its edges lead to.
-
-    Returns
-    -------
-    The components, each before all those from which it can be reached; nodes in ascending order.
-    """
-    order: dict[int, int] = {}
-    low: dict[int, int] = {}
-    stack: list[int] = []
-    result: list[list[int]] = []
-
-    def visit(node: int) -> None:
-        order[node] = low[node] = len(order)
-        stack.append(node)
-        for successor in successors[node]:
-            if successor not in order:
-                visit(successor)
-                low[node] = min(low[node], low[successor])
-            elif successor in stack:
-                low[node] = min(low[node], order[successor])
-        if low[node] == order[node]:
-            position = stack.index(node)
-            result.append(sorted(stack[position:]))
-            del stack[position:]
-
-    for node in range(len(successors)):
-        if node not in order:
-            visit(node)
-    return result
 
 
 def groups(system: System) -> list[list[int]]:
@@ -278,30 +365,48 @@ def declared_derivatives(instance: Instance, name: str) -> tuple[str, ...]:
     return (first,) if second is None else (first, second)
 
 
+def used_derivatives(system: System) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Return, for each connection, the declared derivatives of its signal by which it is interpolated, and continued.
+
+    The filters ``cubic`` and ``quintic`` interpolate with one and two of them, unless the inputs always fall on
+    samples; with the extrapolation ``derivatives`` up to two continue the signal beyond its newest sample in a loop.
+    """
+    by_name = {component.name: component for component in system.components}
+    group_of = {system.components[index].name: number for number, group in enumerate(groups(system)) for index in group}
+    result = []
+    for connection in system.connections:
+        source, target = by_name[connection.source], by_name[connection.target]
+        found = declared_derivatives(source.instance, connection.source_variable)
+        wanted = {"cubic": 1, "quintic": 2}.get(connection.filter, 0)
+        offset = {"end": target.step, "middle": target.step // 2}.get(target.inputs_at, 0)
+        on_samples = target.step % source.step == 0 and offset % source.step == 0
+        between = found[:wanted] if len(found) >= wanted and not on_samples else ()
+        in_loop = group_of[connection.source] == group_of[connection.target]
+        result.append((between, found if in_loop and connection.extrapolation == "derivatives" else ()))
+    return result
+
+
 def bound_outputs(system: System) -> list[tuple[str, ...]]:
     """Return, for each component, the outputs that are read after every step, in the order observers get
     them.
 
     These are the chosen outputs (all Real ones by default), then connected ones, then the declared
-    derivatives that are needed to extrapolate in a loop.
+    derivatives that are needed to interpolate, or to extrapolate in a loop.
     """
-    group_of = {index: number for number, group in enumerate(groups(system)) for index in group}
-    index = {component.name: number for number, component in enumerate(system.components)}
     result: list[tuple[str, ...]] = []
-    for number, component in enumerate(system.components):
-        instance = component.instance
+    used = used_derivatives(system)
+    for component in system.components:
         names = component.outputs
         if names is None:
             names = tuple(
                 variable.name
-                for variable in instance.variables.values()
+                for variable in component.instance.variables.values()
                 if variable.causality == "output" and variable.type == "Real"
             )
         chosen = dict.fromkeys(names)
-        outgoing = [item for item in system.connections if item.source == component.name]
-        chosen.update(dict.fromkeys(item.source_variable for item in outgoing))
-        for item in outgoing:
-            if item.extrapolation == "derivatives" and group_of[index[item.target]] == group_of[number]:
-                chosen.update(dict.fromkeys(declared_derivatives(instance, item.source_variable)))
+        outgoing = [k for k, item in enumerate(system.connections) if item.source == component.name]
+        chosen.update(dict.fromkeys(system.connections[k].source_variable for k in outgoing))
+        for k in outgoing:
+            chosen.update(dict.fromkeys((*used[k][0], *used[k][1])))
         result.append(tuple(chosen))
     return result

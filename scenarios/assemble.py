@@ -7,6 +7,7 @@ them and must exist.
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import warnings
@@ -29,7 +30,10 @@ from tlpsim.loads.constants import DEGREES_OF_FREEDOM, MORISON
 from tlpsim.loads.errors import SolverError, TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.description import read_description
-from tlpsim.orchestrator.fmu import FmuInstance
+from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.instance import Instance
+from tlpsim.orchestrator.isolation import IsolatedInstance
+from tlpsim.orchestrator.ode import SolverOptions
 from tlpsim.orchestrator.system import Component, Connection, System, check, loops
 from tlpsim.scenarios.schema import Scenario, Wire
 from tlpsim.scenarios.sections import BUILTIN
@@ -65,11 +69,11 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
     WiringError
         When a parameter or a connection does not fit its FMU.
     """
-    instances: dict[str, FmuInstance] = {}
+    instances: dict[str, Instance] = {}
     try:
         _prepare_database(scenario)
         for name, entry in scenario.components.items():
-            instances[name] = FmuInstance(name, _path(entry))
+            instances[name] = _opened(name, entry)
         parameters = {name: _parameters(scenario, name, instances[name]) for name in instances}
         # Wherever the platform starts: a poor fit of the gusts or of the elevation warns before the run.
         wind, _ = wind_loads(scenario), wave_loads(scenario)
@@ -119,6 +123,12 @@ def _prepare_database(scenario: Scenario) -> None:
             cached(problem, progress=tell)
 
 
+def _opened(name: str, entry: Entry) -> Instance:
+    solver = SolverOptions(inputs="linear" if entry.inputs_at == "end" else "hold")
+    open_here = functools.partial(open_fmu, name, _path(entry), solver=solver)
+    return IsolatedInstance(name, open_here, entry.timeout) if entry.isolation == "process" else open_here()
+
+
 def _path(entry: Entry) -> Path:
     if entry.fmu.startswith(BUILTIN):
         cache = Path(platformdirs.user_cache_dir("tlpsim", appauthor=False)) / "fmus"
@@ -126,7 +136,7 @@ def _path(entry: Entry) -> Path:
     return Path(entry.fmu)
 
 
-def _connections(scenario: Scenario, instances: Mapping[str, FmuInstance]) -> tuple[Connection, ...]:
+def _connections(scenario: Scenario, instances: Mapping[str, Instance]) -> tuple[Connection, ...]:
     components = scenario.components
 
     def wanted(wire: Wire) -> bool:
@@ -143,6 +153,9 @@ def _connections(scenario: Scenario, instances: Mapping[str, FmuInstance]) -> tu
             target_variable=components[wire.target].own_name(wire.target_variable),
             filter=wire.filter,
             extrapolation=wire.extrapolation,
+            factor=wire.factor,
+            offset=wire.offset,
+            suppress_unit_conversion=wire.suppress_unit_conversion,
         )
         for wire in scenario.wiring()
         if wanted(wire)
@@ -165,6 +178,7 @@ def _wind(scenario: Scenario) -> Parameters:
         **{f"coherence.{name}": value for name, value in wind.coherence},
         "admittance": wind.admittance,
         "decomposition": wind.decomposition,
+        "yaw_dependent_area": wind.yaw_dependent_area,
         "sampling_step": wind.sampling_step,
         **{f"orders.{name}": value for name, value in wind.orders},
         "seed": scenario.seeds()["wind"],
@@ -208,6 +222,8 @@ def _wave(scenario: Scenario) -> Parameters:
         "current_profile": profile,
         "doppler": current.doppler,
         "drift": waves.drift,
+        "quadratic_transfer": waves.quadratic_transfer or "",
+        "drift_damping": waves.drift_damping,
         "splash": waves.splash,
         "stretching": waves.stretching,
         "hydrodynamics": _hydrodynamics(scenario),
@@ -244,7 +260,8 @@ def _database_note(scenario: Scenario) -> str:
     if name == platform.model:
         water = f"{site.water_depth:g} m, {site.water_density:g} kg/m3"
         name = f"database of {name} for {water}, made on first use and kept in the user's cache"
-    return f"hydrodynamics: {name}; radiation: {platform.radiation}"
+    drift = "" if scenario.waves.quadratic_transfer is None else f"; slow drift: {scenario.waves.quadratic_transfer}"
+    return f"hydrodynamics: {name}; radiation: {platform.radiation}{drift}"
 
 
 def _platform(scenario: Scenario) -> Parameters:
@@ -273,7 +290,7 @@ def standard_parameters(scenario: Scenario, name: str) -> Parameters:
     return {entry.own_name(key): value for key, value in STANDARD[name](scenario).items()}
 
 
-def _parameters(scenario: Scenario, name: str, instance: FmuInstance) -> Parameters:
+def _parameters(scenario: Scenario, name: str, instance: Instance) -> Parameters:
     entry = scenario.components[name]
     standard = standard_parameters(scenario, name)
     if not entry.fmu.startswith(BUILTIN):
@@ -331,7 +348,7 @@ def wave_loads(scenario: Scenario) -> WaveLoads | None:
         return wave_model(parameter_values(TlpsimWave, standard_parameters(scenario, "wave") | entry.parameters))
 
 
-def _warn_of_left_out(scenario: Scenario, name: str, instance: FmuInstance) -> None:
+def _warn_of_left_out(scenario: Scenario, name: str, instance: Instance) -> None:
     missing = [key for key in standard_parameters(scenario, name) if key not in instance.variables]
     if missing:
         warnings.warn(f"{name}: the FMU has no parameters {', '.join(missing)}; its own values hold", stacklevel=3)
@@ -354,15 +371,13 @@ def start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters
     from tlpsim.loads.platform.equilibrium import static_equilibrium
 
     force: NDArray[np.float64] = np.zeros(6)
-    if wind is not None:
-        force += wind.mean_force()
     if _is_own(scenario, "wave"):
         with blamed_on("wave"):
             force += mean_force(parameter_values(TlpsimWave, parameters["wave"]))
     with blamed_on("platform"):
         model = platform_model(parameter_values(TlpsimPlatform, parameters["platform"]))
     try:
-        position = static_equilibrium(model, force)
+        position = static_equilibrium(model, force if wind is None else lambda yaw: force + wind.mean_force(yaw))
     except SolverError as error:
         raise SolverError(f'{error}; simulation.start = "rest" starts without it') from error
     parameters["platform"].update(

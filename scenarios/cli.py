@@ -1,4 +1,4 @@
-"""The command `tlpsim`: build, run, check, info, figures, bem.
+"""The command `tlpsim`: build, run, check, export, info, figures, bem.
 
 Heavy imports stand inside the commands, so that `tlpsim --help` answers at once.
 """
@@ -62,7 +62,10 @@ def build(
 
 @app.command()
 def run(
-    scenario: ScenarioFile,
+    files: Annotated[
+        list[str],
+        typer.Argument(metavar="SYSTEM...", help="Scenario (.toml), system description (.ssp, .ssd), or FMUs."),
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="Results file (HDF5).")],
     duration: Duration = None,
     seed: Seed = None,
@@ -70,17 +73,75 @@ def run(
     monolithic: Annotated[
         bool, typer.Option("--monolithic", help="One loop over the built-in models, without FMUs.")
     ] = False,
+    connect: Annotated[
+        list[str] | None, typer.Option("--connect", metavar="A.Y=B.U", help="Connect an output to an input (FMUs).")
+    ] = None,
+    step: Annotated[
+        list[str] | None, typer.Option("--step", metavar="[A=]S", help="Step in s, of all FMUs or of one.")
+    ] = None,
+    stop: Annotated[str | None, typer.Option("--stop", metavar="S", help="Stop time in s (not for scenarios).")] = None,
+    start: Annotated[
+        str | None, typer.Option("--start", metavar="S", help="Start time in s (not for scenarios).")
+    ] = None,
 ) -> None:
-    """Run a scenario and print the response by degree of freedom."""
+    """Run a scenario and print the response by degree of freedom, or run any system and print its outputs."""
+    if Path(files[0]).suffix != ".toml":
+        if monolithic or seed is not None or duration is not None:
+            raise ScenarioError("--monolithic, --seed and --duration are for scenarios: use --stop, --step and --set")
+        _run_generic(files, output, connect or [], step or [], settings or [], stop, start)
+        return
+    if len(files) > 1 or connect or step or stop or start:
+        raise ScenarioError(
+            "--connect, --step, --start and --stop are not for scenarios, which stand alone: use --duration and --set"
+        )
     from tlpsim.scenarios.console import print_summary, progress_bar
     from tlpsim.scenarios.run import run_scenario
 
-    chosen = _load(scenario, duration, seed, settings)
+    chosen = _load(Path(files[0]), duration, seed, settings)
     told = f"interrupted; the samples so far are in {output}.part"
     with _interruptible(told), progress_bar(chosen.simulation.duration) as progress:
         results = run_scenario(chosen, output, observers=[progress], monolithic=monolithic)
     print_summary(results)
     typer.echo(f"results: {output}{' (monolithic)' if monolithic else ''}")
+
+
+def _run_generic(
+    files: list[str],
+    output: Path,
+    connect: list[str],
+    steps: list[str],
+    settings: list[str],
+    stop: str | None,
+    start: str | None,
+) -> None:
+    from tlpsim.orchestrator.system import check as check_system
+    from tlpsim.scenarios.console import print_summary, progress_bar
+    from tlpsim.scenarios.generic import experiment, opened, run_system, seconds
+
+    end = None if stop is None else seconds(stop, "--stop")
+    begin = None if start is None else seconds(start, "--start")
+    with opened(files, connect, steps, settings) as description:
+        for note in (*description.notes, *check_system(description.system)):
+            typer.echo(f"note: {note}")
+        told = f"interrupted; the samples so far are in {output}.part"
+        with _interruptible(told), progress_bar(experiment(description, end, begin)[1]) as progress:
+            results = run_system(description, output, end, begin, observers=[progress])
+    print_summary(results)
+    typer.echo(f"results: {output}")
+
+
+@app.command()
+def export(
+    scenario: ScenarioFile,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="System description, .ssp or .ssd.")],
+    duration: Duration = None,
+    seed: Seed = None,
+    settings: Settings = None,
+) -> None:
+    """Write a scenario's FMUs, parameters and wiring as a system description of the standard SSP."""
+    from tlpsim.scenarios.generic import export as export_scenario
+
+    typer.echo(f"system: {export_scenario(_load(scenario, duration, seed, settings), output)}")
 
 
 @app.command()
@@ -109,6 +170,21 @@ def bem(
     vertical_drift: Annotated[
         bool, typer.Option("--vertical-drift", help="Mean drift in heave, roll and pitch too; takes minutes.")
     ] = False,
+    qtf: Annotated[
+        Path | None,
+        typer.Option(
+            "--qtf",
+            metavar="FILE",
+            help="Difference-frequency quadratic transfer function too, into this file (HDF5): its quadratic part, "
+            "without the potential of second order. Takes minutes.",
+        ),
+    ] = None,
+    qtf_omega: Annotated[
+        str | None, typer.Option("--qtf-omega", metavar="W", help="Its frequencies, instead of those of --omega.")
+    ] = None,
+    qtf_pairs: Annotated[
+        bool, typer.Option("--qtf-pairs", help="With waves of two headings, for spread seas, not of one only.")
+    ] = False,
     panel: Annotated[str | None, typer.Option(metavar="M", help="Size of the panels, instead of the file's.")] = None,
     symmetry: Annotated[
         str | None, typer.Option(metavar="XY", help="Planes of symmetry of a mesh file: x, y or xy.")
@@ -116,35 +192,46 @@ def bem(
 ) -> None:
     """Radiation, diffraction and mean drift of a hull by boundary elements, into a hydrodynamic database."""
     with _interruptible("interrupted; nothing was written"):
+        from tlpsim.loads.bem.quadratic_transfer import write_quadratic_transfer
         from tlpsim.scenarios.hull import read_hull
         from tlpsim.scenarios.hydro import (
             make_problem,
             print_database,
+            print_quadratic_transfer,
             quantity,
+            require_quadratic,
             require_writable,
             solved,
+            solved_quadratic,
             write_output,
         )
         from tlpsim.scenarios.quantities import LENGTH
 
         require_writable(output)
+        require_quadratic(qtf, output, omega, qtf_omega, qtf_pairs)
         read = read_hull(hull, None if panel is None else quantity(panel, "--panel", LENGTH), symmetry)
         problem, found = make_problem(read, omega, headings, depth, rho, gravity, lid, vertical_drift)
         for text in found:
             _show_warning(text)
         database, from_cache = solved(problem)
+        table = None if qtf is None else solved_quadratic(problem, qtf_omega, qtf_pairs)
         paths = write_output(database, output)
         print_database(database)
+        if table is not None and qtf is not None:
+            write_quadratic_transfer(table, qtf)
+            print_quadratic_transfer(table, database)
     if from_cache:
         typer.echo("from the cache: this problem was solved before")
     typer.echo("database: " + ", ".join(str(path) for path in paths))
+    if qtf is not None:
+        typer.echo(f"quadratic transfer function: {qtf}")
 
 
 @app.command()
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, a results file or a hydrodynamic database.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, or an .h5: results, database or QTF.")],
 ) -> None:
-    """Print what an FMU, a results file or a hydrodynamic database holds."""
+    """Print what an FMU, a results file, a hydrodynamic database or a quadratic transfer function holds."""
     from tlpsim.scenarios.console import print_fmu, print_results
 
     if file.suffix == ".fmu":
@@ -153,8 +240,14 @@ def info(
         print_fmu(read_description(file))
         return
     from tlpsim.loads.bem.database import is_database, read
+    from tlpsim.loads.bem.quadratic_transfer import is_quadratic_transfer, read_quadratic_transfer
 
-    if is_database(file):
+    if is_quadratic_transfer(file):
+        from tlpsim.scenarios.hydro import print_quadratic_transfer
+
+        typer.echo(f"{file}: quadratic transfer function")
+        print_quadratic_transfer(read_quadratic_transfer(file))
+    elif is_database(file):
         from tlpsim.scenarios.hydro import print_database
 
         typer.echo(f"{file}: hydrodynamic database")

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from tlpsim.scenarios.schema import Scenario
 
 REFRESH = 0.1  # s of wall time between two drawings of the progress bar
-LOOK = 64  # samples between two looks at the wall clock
 
 output = Console(highlight=False)
 messages = Console(stderr=True, highlight=False)
@@ -37,7 +36,6 @@ class ProgressBar(Observer):
     def __init__(self, progress: Progress, duration: float) -> None:
         self._progress = progress
         self._task = progress.add_task("starting", total=duration, speed="")
-        self._samples = 0
         self._interrupted = False
         self._began = self._drawn = monotonic()
 
@@ -49,17 +47,14 @@ class ProgressBar(Observer):
         """Take the time from here: loading is over."""
         self._began = monotonic()
 
-    def sampled(self, index: int, time: int, values: NDArray[np.float64]) -> None:
+    def sampled(self, index: int, times: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Draw when it is time to; end the run when it was interrupted."""
         if self._interrupted:
             raise KeyboardInterrupt
-        self._samples += 1
-        if self._samples % LOOK:
-            return
         now = monotonic()
         if now - self._drawn >= REFRESH:
             self._drawn = now
-            self._draw(time / NANOSECONDS_PER_SECOND, now)
+            self._draw(times[-1] / NANOSECONDS_PER_SECOND, now)
 
     def _draw(self, time: float, now: float) -> None:
         total = self._progress.tasks[0].total or time
@@ -86,7 +81,10 @@ def progress_bar(duration: float) -> Iterator[ProgressBar]:
 
 
 def print_summary(results: Results) -> None:
-    """Response by degree of freedom, as in the paper's Table I, and extreme tensions."""
+    """Response by degree of freedom, as in the paper's Table I, and extreme tensions; all outputs of other systems."""
+    if not results.has_scenario:
+        _print_statistics(results)
+        return
     from tlpsim.scenarios.statistics import summary
 
     found = summary(results)
@@ -100,6 +98,21 @@ def print_summary(results: Results) -> None:
     output.print(table)
     for line in found.lines:
         output.print(line)
+
+
+def _print_statistics(results: Results) -> None:
+    """Mean, extremes and standard deviation of each output over the whole run."""
+    table = Table(title=results.title)
+    table.add_column("output", no_wrap=True)
+    for heading in ("mean", "min", "max", "std", "unit"):
+        table.add_column(heading, justify="left" if heading == "unit" else "right")
+    for component in results.components:
+        for variable in results.signals(component):
+            values = results.signal(f"{component}.{variable}")
+            found = (values.mean(), values.min(), values.max(), values.std()) if len(values) else ()
+            cells = [f"{value:.6g}" for value in found] or ["–"] * 4
+            table.add_row(f"{component}.{variable}", *cells, results.unit(f"{component}.{variable}"))
+    output.print(table)
 
 
 def print_system(scenario: Scenario, assembly: Assembly) -> None:
@@ -154,7 +167,8 @@ def print_fmu(description: FmuDescription) -> None:
 def print_results(results: Results) -> None:
     """Origin of a results file, its signals, and the summary of a complete one."""
     output.print(f"{results.path}: {results.title}; {results.status}")
-    output.print("seeds: " + ", ".join(f"{name} {seed}" for name, seed in results.seeds.items()))
+    if results.has_scenario:
+        output.print("seeds: " + ", ".join(f"{name} {seed}" for name, seed in results.seeds.items()))
     output.print("versions: " + ", ".join(f"{name} {version}" for name, version in results.versions.items()))
     table = Table()
     table.add_column("signal", no_wrap=True)

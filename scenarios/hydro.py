@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,14 @@ from rich.table import Table
 from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cache_path, cached, write
 from tlpsim.loads.bem.exchange import write_capytaine, write_wamit
 from tlpsim.loads.bem.irregular import irregular_warning
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.loads.bem.quadratic_table import quadratic_table
+from tlpsim.loads.bem.quadratic_transfer import (
+    QuadraticTransfer,
+    largest_values,
+    mean_drift_of,
+    require_frequencies,
+)
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.waves.airy import wavenumber
 from tlpsim.scenarios.console import messages, output
@@ -27,6 +35,7 @@ FloatArray = NDArray[np.float64]
 MOST_VALUES = 10_000
 _SHOWN = 6  # numbers of a list that are printed
 _NEVER = "–"
+_NOTHING = 1e-6  # of the largest mean drift: a component below it is rounding
 
 
 def numbers(text: str, name: str) -> FloatArray:
@@ -54,18 +63,18 @@ def numbers(text: str, name: str) -> FloatArray:
     return result
 
 
-def frequencies(text: str) -> FloatArray:
-    """Angular frequencies in rad/s, ascending, none twice, of the text of `--omega`.
+def frequencies(text: str, name: str = "--omega") -> FloatArray:
+    """Angular frequencies in rad/s, ascending, none twice, of the text of the option `name`.
 
     Raises
     ------
     ScenarioError
         If the text holds no numbers, or one that is not above zero.
     """
-    result = np.unique(numbers(text, "--omega"))
+    result = np.unique(numbers(text, name))
     if result[0] <= 0.0:
         raise ScenarioError(
-            f"--omega has {result[0]:g} rad/s; frequencies must be above zero: A(0) and A(∞) are always computed"
+            f"{name} has {result[0]:g} rad/s; frequencies must be above zero: A(0) and A(∞) are always computed"
         )
     return result
 
@@ -153,7 +162,7 @@ def require_writable(path: Path) -> None:
 
 
 @contextmanager
-def frequency_bar() -> Iterator[Callable[[int, int], None]]:
+def frequency_bar(what: str = "radiation and diffraction") -> Iterator[Callable[[int, int], None]]:
     """Progress bar on the error stream, to be called with the number of frequencies done and their total.
 
     Ctrl-C ends the block by KeyboardInterrupt, also where compiled code makes an error of its own of it or loses it.
@@ -169,7 +178,7 @@ def frequency_bar() -> Iterator[Callable[[int, int], None]]:
         if asked:
             raise KeyboardInterrupt
         text = f"{done} of {total} frequencies"
-        progress.update(task, description="radiation and diffraction", total=total, completed=done, done=text)
+        progress.update(task, description=what, total=total, completed=done, done=text)
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"), TimeRemainingColumn())
     before = signal.signal(signal.SIGINT, interrupt)
@@ -190,6 +199,91 @@ def solved(problem: Problem) -> tuple[HydrodynamicDatabase, bool]:
     from_cache = cache_path(problem).exists()
     with frequency_bar() as tell:
         return cached(problem, progress=tell), from_cache
+
+
+def require_quadratic(file: Path | None, database: Path, omega: str, own: str | None, pairs: bool) -> None:
+    """Check the options of a quadratic transfer function before anything is computed.
+
+    Parameters
+    ----------
+    file, own, pairs
+        `--qtf`, `--qtf-omega` and `--qtf-pairs`.
+    database, omega
+        `--output` and `--omega`.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no file but other options, the file cannot be written, or there are fewer than two frequencies.
+    """
+    if file is None:
+        if own is not None or pairs:
+            raise ScenarioError("--qtf-omega and --qtf-pairs are for --qtf: name a file with it, or leave them out")
+        return
+    require_writable(file)
+    if file.resolve() == database.resolve():
+        raise ScenarioError(f"--qtf and --output are both {file}; give two names")
+    require_frequencies(frequencies(omega) if own is None else frequencies(own, "--qtf-omega"))
+
+
+def solved_quadratic(problem: Problem, omega: str | None, pairs: bool) -> QuadraticTransfer:
+    """Quadratic transfer function of a problem at its own frequencies, or at those of the text of `--qtf-omega`.
+
+    Raises
+    ------
+    ScenarioError
+        If the text holds no frequencies, or there are fewer than two.
+    """
+    chosen = problem if omega is None else replace(problem, omega=frequencies(omega, "--qtf-omega"))
+    with frequency_bar("quadratic transfer function") as tell:
+        return quadratic_table(chosen, pairs=pairs, progress=tell)
+
+
+def print_quadratic_transfer(table: QuadraticTransfer, database: HydrodynamicDatabase | None = None) -> None:
+    """Table of a quadratic transfer function: water, range, contents, largest values.
+
+    With the database of the same hull also how far the diagonal is from the mean drift there.
+    """
+    output.print(_water(table.depth, table.density, table.gravity))
+    output.print(f"frequencies: {_listed(table.omega)} rad/s")
+    pairs = "all pairs of headings" if table.transfer.ndim == 5 else "two waves of one heading"
+    output.print(f"headings: {_listed(np.degrees(table.heading))}°; {pairs}")
+    output.print(table.contents)
+    shown = Table(title="Difference-frequency quadratic transfer function, N/m² and N·m/m²")
+    shown.add_column("", no_wrap=True)
+    columns = ["largest |T|", "largest mean drift"]
+    apart = None if database is None else _from_mean_drift(table, database)
+    if apart is not None:
+        columns.append("off the database's, %")
+    for heading in columns:
+        shown.add_column(heading, justify="right")
+    mean = np.max(np.abs(mean_drift_of(table)), axis=(0, 1))
+    for k, name in enumerate(DEGREES_OF_FREEDOM):
+        cells = [_number(float(values[k])) for values in (largest_values(table), mean)]
+        shown.add_row(name, *cells, *([] if apart is None else [_percent(float(apart[k]))]))
+    output.print(shown)
+
+
+def _from_mean_drift(table: QuadraticTransfer, database: HydrodynamicDatabase) -> FloatArray | None:
+    """Largest difference (6,) of diagonal and mean drift, by the largest drift; NaN where that is not known.
+
+    None for other frequencies than the database's.
+    """
+    if not np.array_equal(table.omega, database.omega) or not np.array_equal(table.heading, database.heading):
+        return None
+    count = database.mean_drift.shape[2]
+    known = list(HORIZONTAL) if count == len(HORIZONTAL) else list(range(count))
+    result = np.full(len(DEGREES_OF_FREEDOM), np.nan)
+    size = np.max(np.abs(database.mean_drift), axis=(0, 1))
+    apart = np.max(np.abs(mean_drift_of(table)[..., known] - database.mean_drift), axis=(0, 1))
+    least = np.repeat(_NOTHING * np.max(size), count)
+    result[known] = np.where(size > least, apart / np.maximum(size, least), np.nan)
+    return result
+
+
+def _water(depth: float, density: float, gravity: float) -> str:
+    below = "deep water" if np.isinf(depth) else f"depth {_number(depth)} m"
+    return f"{below}, {_number(density)} kg/m³, {_number(gravity)} m/s²"
 
 
 def _peaks(database: HydrodynamicDatabase) -> NDArray[np.int64]:
@@ -243,8 +337,7 @@ def print_database(database: HydrodynamicDatabase) -> None:
 
 
 def _lines(database: HydrodynamicDatabase) -> Iterator[str]:
-    depth = "deep water" if np.isinf(database.depth) else f"depth {database.depth:g} m"
-    yield f"{depth}, {database.density:g} kg/m³, {database.gravity:g} m/s²"
+    yield _water(database.depth, database.density, database.gravity)
     yield f"frequencies: {_listed(database.omega)} rad/s"
     yield f"headings: {_listed(np.degrees(database.heading))}°"
     if database.mesh is not None:

@@ -203,6 +203,12 @@ def _require_standard(scenario: Scenario) -> None:
             f"connections: {target} comes from {found.get(target, 'nowhere')}, and in a monolithic run from "
             f"{wanted.get(target, 'nowhere')}; leave this connection out or run the scenario as a co-simulation"
         )
+    for wire in scenario.wiring():
+        if (wire.factor, wire.offset) != (1.0, 0.0):
+            raise ScenarioError(
+                f"connections: {wire.target}.{wire.target_variable} has a factor or an offset, which mean nothing in a "
+                "monolithic run; leave them out or run the scenario as a co-simulation"
+            )
 
 
 def run_monolithic(scenario: Scenario, observers: Sequence[Observer]) -> RunSummary:
@@ -271,11 +277,9 @@ def _tell(whole: Twin, record: Record, system: System, observers: Sequence[Obser
         if missing:
             raise ScenarioError(f"components.{component.name}: a monolithic run does not know the output {missing[0]}")
         values = np.column_stack([table[name] for name in names])
-        time = (record.first + skipped) * whole.step
-        for row in values:
-            for observer in observers:
-                observer.sampled(index, time, row)
-            time += component.step
+        times = (record.first + skipped) * whole.step + component.step * np.arange(len(values))
+        for observer in observers:
+            observer.sampled(index, times, values)
 
 
 def _named(prefix: str, values: FloatArray) -> dict[str, FloatArray]:

@@ -3,7 +3,8 @@
 Layout, ``schema_version`` 1. Any HDF5 or netCDF-4 reader can open it; to xarray each group is a dataset.
 
 - file attributes: ``format`` ("tlpsim results"), ``schema_version``, ``title``, ``scenario`` (JSON of the
-  whole scenario), ``seeds`` and ``versions`` (JSON), ``created`` (UTC, ISO 8601), ``status`` ("running", then
+  whole scenario; of a run without one ``system``, see `tlpsim.scenarios.generic`), ``seeds`` and ``versions``
+  (JSON), ``created`` (UTC, ISO 8601), ``status`` ("running", then
   "complete" or "failed: reason") and, after the run, ``wall_time`` (s)
 - a group for each component, with attributes ``step`` (s), what the component says of its origin (``fmu``,
   ``sha256``, ...) and, after the run, ``steps`` (number of them) and ``wall_time`` (s, spent in them)
@@ -32,10 +33,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import ScenarioError, TlpsimError
-from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds, to_ticks
+from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import Component, System, bound_outputs
 from tlpsim.scenarios.problems import nearest
+from tlpsim.scenarios.recording import Recording, recording_of
 from tlpsim.scenarios.schema import Scenario
 
 if TYPE_CHECKING:
@@ -91,8 +93,8 @@ class ResultsWriter(Observer):
     ----------
     destination : Path
         The results file. One that exists is replaced when the run is complete, and not before.
-    scenario : Scenario
-        What is run; its ``outputs.signals`` choose what is recorded.
+    run : Scenario or Recording
+        What is run, or what is recorded of it; a scenario's ``outputs.signals`` choose that.
 
     Raises
     ------
@@ -100,11 +102,11 @@ class ResultsWriter(Observer):
         When the destination cannot be written. Nothing is created before the run starts.
     """
 
-    def __init__(self, destination: str | Path, scenario: Scenario) -> None:
+    def __init__(self, destination: str | Path, run: Scenario | Recording) -> None:
         self.path = Path(destination)
         self.part_path = self.path.with_name(self.path.name + ".part")
-        self._scenario = scenario
-        self._end = to_ticks(scenario.simulation.duration, "simulation.duration")
+        self._recording = run if isinstance(run, Recording) else recording_of(run)
+        self._end = self._recording.end
         self._file: h5py.File | None = None
         self._buffers: list[_Buffer] = []
         folder = self.path.resolve().parent
@@ -131,7 +133,7 @@ class ResultsWriter(Observer):
             When the file cannot be created.
         """
         names = [
-            [_contract_name(self._scenario, component, output) for output in outputs]
+            [self._recording.name(component.name, output) for output in outputs]
             for component, outputs in zip(system.components, bound_outputs(system), strict=True)
         ]
         signals = [
@@ -139,10 +141,10 @@ class ResultsWriter(Observer):
             for component, variables in zip(system.components, names, strict=True)
             for name in variables
         ]
-        chosen = select_signals(signals, self._scenario.outputs.signals)
+        chosen = select_signals(signals, self._recording.signals)
         try:
             self._file = h5py.File(self.part_path, "w", track_order=True)
-            self._file.attrs.update(_file_attributes(self._scenario))
+            self._file.attrs.update(_file_attributes(self._recording))
             for component, outputs, variables in zip(system.components, bound_outputs(system), names, strict=True):
                 recorded = [f"{component.name}.{name}" in chosen for name in variables]
                 self._buffers.append(_create_group(self._file, component, outputs, variables, recorded))
@@ -150,16 +152,16 @@ class ResultsWriter(Observer):
         except OSError as error:
             raise ResultsError(f"{self.part_path}: the results file cannot be created: {error}") from error
 
-    def sampled(self, index: int, time: int, values: NDArray[np.float64]) -> None:
-        """Keep one sample of a component; a full block goes to the file.
+    def sampled(self, index: int, times: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Keep samples of a component; a full block goes to the file.
 
         Parameters
         ----------
         index : int
             Index of the component in the system.
-        time : int
-            Time stamp, ns.
-        values : NDArray[np.float64], shape (outputs,)
+        times : NDArray[np.int64], shape (samples,)
+            Time stamps, ns.
+        values : NDArray[np.float64], shape (samples, outputs)
             The component's bound outputs.
 
         Raises
@@ -167,15 +169,17 @@ class ResultsWriter(Observer):
         ResultsError
             When the file cannot be written, as on a full disk.
         """
-        if time > self._end:
-            return
         buffer = self._buffers[index]
-        row = buffer.count
-        buffer.time[row] = time
-        buffer.values[row] = values
-        buffer.count = row + 1
-        if row + 1 == BLOCK:
-            self._write([buffer])
+        first, last = 0, int(np.searchsorted(times, self._end, side="right"))
+        while first < last:
+            count = min(last - first, BLOCK - buffer.count)
+            rows = slice(buffer.count, buffer.count + count)
+            buffer.time[rows] = times[first : first + count]
+            buffer.values[rows] = values[first : first + count]
+            buffer.count += count
+            first += count
+            if buffer.count == BLOCK:
+                self._write([buffer])
 
     def stopped(self, reason: BaseException | None, summary: "RunSummary") -> None:
         """Write what is left and close; a complete file gets its name, and a failed one stays ``.part``.
@@ -238,13 +242,6 @@ def select_signals(names: Sequence[str], patterns: Sequence[str]) -> set[str]:
     return chosen
 
 
-def _contract_name(scenario: Scenario, component: Component, output: str) -> str:
-    """The contract's name of an output that the FMU may call something else."""
-    entry = scenario.components.get(component.name)
-    contract = {own: name for name, own in entry.map.items()} if entry else {}
-    return contract.get(output, output)
-
-
 def _dataset_name(variable: str) -> str:
     """A name that HDF5 takes: "/" would make a group, and "time" is taken."""
     return "time (output)" if variable == "time" else variable.replace("/", "|")
@@ -281,14 +278,13 @@ def _create_group(
     return _Buffer(len(outputs), columns, group, signals)
 
 
-def _file_attributes(scenario: Scenario) -> dict[str, str | int]:
+def _file_attributes(recording: Recording) -> dict[str, str | int]:
     versions = {name: importlib.metadata.version(name) for name in _PACKAGES}
     return {
         "format": FORMAT,
         "schema_version": SCHEMA_VERSION,
-        "title": scenario.title,
-        "scenario": scenario.to_json(),
-        "seeds": json.dumps(scenario.seeds()),
+        "title": recording.title,
+        **recording.attributes,
         "versions": json.dumps(versions | {"python": platform.python_version()}),
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "status": "running",
@@ -343,14 +339,27 @@ class Results:
         return str(self.attributes["title"])
 
     @property
+    def has_scenario(self) -> bool:
+        """Whether a scenario was run, and not a system without one."""
+        return "scenario" in self.attributes
+
+    @property
     def scenario(self) -> Scenario:
-        """The scenario that was run."""
+        """The scenario that was run.
+
+        Raises
+        ------
+        ResultsError
+            When a system was run that comes from no scenario.
+        """
+        if not self.has_scenario:
+            raise ResultsError(f"{self.path}: the run is not one of a scenario; its attribute 'system' says of which")
         return Scenario.from_json(self.attributes["scenario"])
 
     @property
     def seeds(self) -> dict[str, int]:
-        """Seeds of wind and waves."""
-        return dict(json.loads(self.attributes["seeds"]))
+        """Seeds of wind and waves; none without a scenario."""
+        return dict(json.loads(self.attributes.get("seeds", "{}")))
 
     @property
     def versions(self) -> dict[str, str]:
@@ -374,7 +383,7 @@ class Results:
         ResultsError
             When no such variable was recorded.
         """
-        return self._read(name.partition(".")[0], self._signal(name).dataset)
+        return self._read(self._split(name)[0], self._signal(name).dataset)
 
     def unit(self, name: str) -> str:
         """Unit of a variable, "" if the component declares none."""
@@ -391,8 +400,13 @@ class Results:
             raise ResultsError(f"{self.path}: no component '{name}'{hint}; the components are {known}")
         return self._signals[name]
 
+    def _split(self, name: str) -> tuple[str, str]:
+        """Component and variable of a signal; the name of a component may have dots, too."""
+        found = max((each for each in self._signals if name.startswith(f"{each}.")), key=len, default="")
+        return (found, name[len(found) + 1 :]) if found else (name.partition(".")[0], name.partition(".")[2])
+
     def _signal(self, name: str) -> Signal:
-        component, _, variable = name.partition(".")
+        component, variable = self._split(name)
         signals = self._component(component)
         if variable not in signals:
             hint = nearest(variable, signals)

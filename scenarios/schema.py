@@ -77,6 +77,9 @@ class Wire:
     target_variable: str
     filter: Filter
     extrapolation: Extrapolation
+    factor: float
+    offset: float
+    suppress_unit_conversion: bool
 
 
 def _standard_components() -> dict[str, Component]:
@@ -110,8 +113,8 @@ class Scenario(Section):
         Parameters
         ----------
         path : str or Path
-            TOML file. Paths of FMUs and of the hydrodynamic database in it are relative to its folder, and absolute
-            after loading.
+            TOML file. Paths of FMUs, of the hydrodynamic database and of the quadratic transfer function in it are
+            relative to its folder, and absolute after loading.
         overrides : Sequence[str]
             Settings "KEY=VALUE" that go over those of the file, each read as one line of TOML, KEY dotted.
             A VALUE that is no TOML is text: ``wind.spectrum=harris``, ``simulation.duration=3h``.
@@ -128,7 +131,7 @@ class Scenario(Section):
         sources = [Source(name=str(path), data=read_toml(file)), Source(name="override", data=settings)]
         changes = merge(sources[0].data, settings)
         folder = file.resolve().parent
-        return cls._build(_standard(), _absolute_database(absolute_paths(changes, folder), folder), sources)
+        return cls._build(_standard(), _absolute_files(absolute_paths(changes, folder), folder), sources)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], where: str = "scenario") -> Self:
@@ -206,6 +209,9 @@ class Scenario(Section):
                     target_variable=target_variable,
                     filter=connection.filter or self.coupling.filter,
                     extrapolation=connection.extrapolation or self.coupling.extrapolation,
+                    factor=connection.factor,
+                    offset=connection.offset,
+                    suppress_unit_conversion=connection.suppress_unit_conversion,
                 )
             )
         return tuple(wires)
@@ -268,12 +274,14 @@ def _standard() -> dict[str, Any]:
     return {"components": STANDARD_COMPONENTS, "connections": expand(STANDARD_CONNECTIONS)}
 
 
-def _absolute_database(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    platform = data.get("platform")
-    name = platform.get("hydrodynamics") if isinstance(platform, Mapping) else None
-    if not isinstance(name, str) or not name.endswith(".h5"):
-        return data
-    return merge(data, {"platform": {"hydrodynamics": str((folder / Path(name).expanduser()).resolve())}})
+def _absolute_files(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """`data` with the paths of hydrodynamic files, which are relative to the scenario's folder, made absolute."""
+    for section, key in (("platform", "hydrodynamics"), ("waves", "quadratic_transfer")):
+        table = data.get(section)
+        name = table.get(key) if isinstance(table, Mapping) else None
+        if isinstance(name, str) and name and (key != "hydrodynamics" or name.endswith(".h5")):
+            data = merge(data, {section: {key: str((folder / Path(name).expanduser()).resolve())}})
+    return data
 
 
 def _end_problem(end: str, components: Sequence[str]) -> str:

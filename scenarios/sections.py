@@ -112,6 +112,14 @@ class Segment(Section):
     position: tuple[Length, Length, Length]
     area: Annotated[Area, Field(gt=0)]
     shape_coefficient: Annotated[Ratio, Field(gt=0)]
+    plan: tuple[Length, Length] = (0.0, 0.0)
+
+    @field_validator("plan")
+    @classmethod
+    def _of_a_box(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if value != (0.0, 0.0) and not min(value) > 0.0:
+            raise ValueError("must be a length and a width > 0, or [0, 0] for an area that does not change with yaw")
+        return value
 
 
 class Box(Section):
@@ -169,6 +177,7 @@ class Wind(Section):
     coherence: WindCoherence = WindCoherence()
     admittance: Literal["none", "davenport"] = "none"
     decomposition: Literal["full", "expanded", "linear"] = "full"
+    yaw_dependent_area: StrictBool = True
     sampling_step: PositiveDuration = 1.0
     orders: WindOrders = WindOrders()
     seed: Seed | None = None
@@ -238,9 +247,24 @@ class Waves(Section):
     frequency_max: PositiveFrequency = 0.35
     components: Annotated[StrictInt, Field(ge=1)] = 400
     displaced_position: StrictBool = True
-    drift: Literal["newman", "newman_geometric", "none"] = "newman"
+    drift: Literal["newman", "newman_geometric", "qtf", "none"] = "newman"
+    quadratic_transfer: Annotated[StrictStr, Field(min_length=1)] | None = None
+    drift_damping: StrictBool = True
     splash: StrictBool = True
     stretching: Literal["vertical", "wheeler", "linear", "none"] = "vertical"
+
+    @model_validator(mode="after")
+    def _drift_has_its_file(self) -> Self:
+        if self.drift == "qtf" and self.quadratic_transfer is None:
+            text = (
+                'needs waves.quadratic_transfer = "FILE", which `tlpsim bem HULL -o DATABASE.h5 --qtf FILE.h5` makes, '
+                "or WAMIT's .12d"
+            )
+            raise problem(("drift",), self.drift, text)
+        if self.drift != "qtf" and self.quadratic_transfer is not None:
+            text = f'is for waves.drift = "qtf", and that is "{self.drift}": change it, or leave the file out'
+            raise problem(("quadratic_transfer",), self.quadratic_transfer, text)
+        return self
 
     @model_validator(mode="after")
     def _band_holds_the_peak(self) -> Self:
@@ -299,11 +323,16 @@ class Coupling(Section):
 
 
 class Component(Section):
-    """An FMU, its step, its parameters, and its own names for the contract's variables (`map`)."""
+    """An FMU, its step, its parameters, and its own names for the contract's variables (`map`).
+
+    `timeout` is how long a call may take of a component that runs in a process of its own (`isolation`).
+    """
 
     fmu: Annotated[StrictStr, Field(min_length=1)]
     step: PositiveDuration
     inputs_at: Literal["end", "middle", "start"] = "end"
+    isolation: Literal["none", "process"] = "none"
+    timeout: PositiveDuration = 60.0
     parameters: dict[str, ParameterValue] = {}
     map: dict[str, StrictStr] = {}
 
@@ -322,11 +351,17 @@ class Component(Section):
 
 
 class Connection(Section):
-    """Source of a target variable; None means the default of `[coupling]`."""
+    """Source of a target variable, target = factor * source + offset; None means the default of `[coupling]`.
+
+    Units are converted first, unless that is suppressed.
+    """
 
     source: Annotated[StrictStr, Field(alias="from")]
     filter: Filter | None = None
     extrapolation: Extrapolation | None = None
+    factor: Ratio = 1.0
+    offset: Ratio = 0.0
+    suppress_unit_conversion: StrictBool = False
 
 
 class Outputs(Section):

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import CAUSAL, SYMMETRIC, interpolation_error
-from tlpsim.orchestrator.coupling import History, plan_links
+from tlpsim.orchestrator.coupling import plan_links
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.instance import PythonInstance, Values
 from tlpsim.orchestrator.observers import MemoryRecorder
@@ -281,6 +282,80 @@ def test_several_targets_of_very_different_rates() -> None:
         np.testing.assert_allclose(values, 1.0 + times[times > 1.0], rtol=1e-12)
 
 
+@pytest.mark.parametrize(("frequency", "factor"), [(0.1, 1.0), (0.9, 0.0)])
+def test_anti_alias_takes_off_what_would_fold(frequency: float, factor: float) -> None:
+    """From 0.1 to 1 s without a delay: 0.9 Hz would look like 0.1 Hz."""
+    times, values = received(
+        source("wave", {"x": sine(frequency)}), 100 * MILLISECOND, 1000 * MILLISECOND, filter_name="anti_alias"
+    )
+    settled = times > 6.0
+    exact = np.array([sine(frequency)(time) for time in times[settled]])
+    np.testing.assert_allclose(values[settled, 0], factor * exact, atol=3e-4)
+
+
+def test_anti_alias_in_a_loop_passes_lines_without_delay() -> None:
+    noise = np.random.default_rng(2).standard_normal(10_000)
+    signals: dict[str, Function] = {
+        "line": lambda time: 2.0 + 0.5 * time,
+        "noise": lambda time: float(noise[round(10.0 * time)]),
+    }
+    times, values = received(
+        source("wave", signals),
+        100 * MILLISECOND,
+        1000 * MILLISECOND,
+        names=("line", "noise"),
+        in_loop=True,
+        filter_name="anti_alias",
+        stop=500 * SECOND,
+    )
+    settled = times > 3.0
+    np.testing.assert_allclose(values[settled, 0], 2.0 + 0.5 * times[settled], rtol=1e-12)
+    # The slow component steps first, on the line through eleven samples, ten samples beyond the newest of them.
+    expected = 1.0 / 11.0 + 15.0**2 * 12.0 / (11.0 * 120.0)
+    assert np.var(values[settled, 1]) == pytest.approx(expected, rel=0.2)
+
+
+def test_anti_alias_is_for_slower_targets() -> None:
+    with pytest.raises(WiringError, match="'probe' steps by 0.1 s, 'wave' by 0.1 s; take cubic"):
+        received(source("wave", {"x": sine(0.1)}), 100 * MILLISECOND, 100 * MILLISECOND, filter_name="anti_alias")
+
+
+@pytest.mark.parametrize(("filter_name", "declared", "bound"), [("cubic", 1, 2.7e-4), ("quintic", 2, 1e-6)])
+@pytest.mark.parametrize("in_loop", [False, True])
+def test_declared_derivatives_interpolate_without_look_ahead(
+    filter_name: str, declared: int, bound: float, in_loop: bool
+) -> None:
+    """0.5 to 0.1 s at 0.2 Hz; the derivative of what is received is continuous."""
+    omega = 2.0 * np.pi * 0.2
+    signals: dict[str, Function] = {
+        "x": sine(0.2),
+        "v": lambda time: float(omega * np.cos(omega * time + 0.3)),
+        "a": lambda time: float(-(omega**2) * np.sin(omega * time + 0.3)),
+    }
+    derivatives = {"v": "x"} | ({"a": "v"} if declared > 1 else {})
+    steps = 500 * MILLISECOND, 100 * MILLISECOND
+    times, values = received(
+        source("wave", signals, derivatives), *steps, names=("x",), in_loop=in_loop, filter_name=filter_name
+    )
+    errors = values[:, 0] - np.sin(omega * times + 0.3)
+    assert np.sqrt(2.0 * np.mean(errors**2)) < bound  # methods: 2.6e-4 and 7.8e-7 of the amplitude
+    assert np.max(np.abs(errors)) < 2.0 * bound
+    fine, finer = (
+        received(
+            source("wave", signals, derivatives),
+            500 * MILLISECOND,
+            step,
+            names=("x",),
+            in_loop=in_loop,
+            filter_name=filter_name,
+            stop=20 * SECOND,
+        )[1][:, 0]
+        for step in (2 * MILLISECOND, MILLISECOND)
+    )
+    # A kink would leave a second difference over the step that grows as the step shrinks.
+    assert np.max(np.abs(np.diff(finer, 2))) / 1e-6 < 1.5 * np.max(np.abs(np.diff(fine, 2))) / 4e-6
+
+
 def test_connections_of_one_kind_are_one_link() -> None:
     signals: dict[str, Function] = {f"x{number}": lambda time: time for number in range(4)}
     link = Connection(source="wave", source_variable="x0", target="probe", target_variable="u0")
@@ -302,12 +377,11 @@ def test_connections_of_one_kind_are_one_link() -> None:
     assert plans[0].columns.tolist() == [[0, 2]]
 
 
-def test_history_keeps_its_samples_when_it_wraps() -> None:
-    history = History(width=2, step=1, depth=10)
-    history.initial_row()[:] = 0.0
-    history.begin(0)
-    for number in range(1, 1000):
-        history.next_row()[:] = number
-        history.publish()
-        for kept in range(max(0, number - 9), number + 1):
-            assert history.rows[kept - history.base].tolist() == [kept, kept]
+def test_history_keeps_its_samples_when_it_is_full() -> None:
+    """Many more samples than a history has rows, at the largest number of outputs: interpolated at every step."""
+    signals = {f"x{k}": (lambda time, k=k: 1e-3 * k + time) for k in range(600)}
+    times, values = received(
+        source("wave", signals), 500 * MILLISECOND, 100 * MILLISECOND, names=("x0", "x599"), stop=300 * SECOND
+    )
+    settled = times > 2.0
+    np.testing.assert_allclose(values[settled], times[settled, None] + np.array([0.0, 0.599]), atol=1e-11)

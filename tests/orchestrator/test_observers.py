@@ -33,8 +33,9 @@ class Diary(Observer):
     def started(self, system: System) -> None:
         self.entries.append(("started", len(system.components)))
 
-    def sampled(self, index: int, time: int, values: np.ndarray) -> None:
-        self.entries.append((index, time // SECOND, *values.tolist()))
+    def sampled(self, index: int, times: np.ndarray, values: np.ndarray) -> None:
+        assert values.shape == (len(times), 2 - index)
+        self.entries += [(index, time // SECOND, *row) for time, row in zip(times.tolist(), values.tolist(), strict=True)]
 
     def stopped(self, reason: BaseException | None, summary: RunSummary) -> None:
         self.entries.append(("stopped", reason, summary.stop // SECOND))
@@ -47,9 +48,9 @@ def test_observers_get_every_sample_in_order() -> None:
         ("started", 2),
         (0, 0, 0.0, 0.0),
         (1, 0, 0.0),
-        (1, 2, 4.0),
         (0, 1, 1.0, 2.0),
         (0, 2, 2.0, 4.0),
+        (1, 2, 4.0),
         ("stopped", None, 2),
     ]
 

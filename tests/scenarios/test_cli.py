@@ -151,6 +151,20 @@ def test_bem_info_figures(hull_file: Path, tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.part"))
 
 
+def test_bem_makes_a_quadratic_transfer_function(hull_file: Path, tmp_path: Path) -> None:
+    qtf = tmp_path / "new" / "qtf.h5"
+    command = ("bem", hull_file, "-o", tmp_path / "hydro.h5", "--omega", "0.4:0.8:2", "--headings", "0,45")
+    made = tlpsim(*command, "--qtf", qtf)
+    assert made.returncode == 0, made.stderr
+    told = tlpsim("info", qtf)
+    assert told.returncode == 0, told.stderr
+    for words in ("two waves of one heading", "0.4, 0.8 rad/s", "0, 45°", "potential of second order is left out"):
+        assert words in " ".join(made.stdout.split())
+        assert words in " ".join(told.stdout.split())
+    assert f"quadratic transfer function: {qtf}" in made.stdout
+    assert "off the database's, %" in " ".join(made.stdout.replace("┃", " ").split())
+
+
 BAD_HULLS = {
     "no file": ["none.toml"],
     "no hull": ["none.gdf"],
@@ -161,6 +175,8 @@ BAD_HULLS = {
     "panel": ["hull.toml", "--panel", "-1"],
     "symmetry": ["hull.toml", "--symmetry", "x"],
     "folder": ["hull.toml", "-o", "."],
+    "options without a file": ["hull.toml", "--qtf-pairs"],
+    "one frequency": ["hull.toml", "--omega", "0.5", "--qtf", "qtf.h5"],
     "broken": ["broken.gdf"],
 }
 

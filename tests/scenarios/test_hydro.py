@@ -13,8 +13,19 @@ from tlpsim.loads.bem.database import HydrodynamicDatabase, compute, read
 from tlpsim.loads.bem.exchange import read_capytaine, read_wamit
 from tlpsim.loads.bem.hulls import box
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.scenarios.console import output
 from tlpsim.scenarios.hull import Hull
-from tlpsim.scenarios.hydro import frequencies, frequency_bar, make_problem, numbers, quantity, write_output
+from tlpsim.scenarios.hydro import (
+    frequencies,
+    frequency_bar,
+    make_problem,
+    numbers,
+    print_quadratic_transfer,
+    quantity,
+    require_quadratic,
+    solved_quadratic,
+    write_output,
+)
 from tlpsim.scenarios.hydro_figures import couplings, draw_hydrodynamics
 from tlpsim.scenarios.quantities import DENSITY, LENGTH
 
@@ -73,6 +84,37 @@ def test_suffix_says_the_format(tmp_path: Path, name: str) -> None:
     readers[".1"] = lambda path: read_wamit(path.with_suffix(""), np.inf)
     again = readers.get(paths[0].suffix, read)(paths[0])
     np.testing.assert_allclose(again.added_mass, DATABASE.added_mass, rtol=1e-6, atol=1e-3)
+
+
+def test_options_of_a_quadratic_transfer_function(tmp_path: Path) -> None:
+    base, qtf = tmp_path / "hydro.h5", tmp_path / "qtf.h5"
+    require_quadratic(None, base, "0.5", None, False)
+    require_quadratic(qtf, base, "0.5", "0.3:1:4", True)
+    for arguments, message in (
+        ((None, base, "0.5", "0.3:1:4", False), "--qtf-omega and --qtf-pairs are for --qtf"),
+        ((None, base, "0.5", None, True), "--qtf-omega and --qtf-pairs are for --qtf"),
+        ((base, base, "0.3:1:4", None, False), r"both .*hydro\.h5; give two names"),
+        ((tmp_path, base, "0.3:1:4", None, False), "is a folder"),
+        ((qtf, base, "0.5", None, False), "at least 2"),
+        ((qtf, base, "0.3:1:4", "1", False), "at least 2"),
+        ((qtf, base, "0.3:1:4", "0:1:4", False), "--qtf-omega has 0 rad/s"),
+    ):
+        with pytest.raises(ScenarioError, match=message):
+            require_quadratic(*arguments)
+
+
+def test_quadratic_transfer_function_of_a_problem() -> None:
+    problem, _ = make_problem(HULL, "0.2:1.0:3", "0,90", "30", "1000", "9.81", with_lid=False)
+    table = solved_quadratic(problem, "0.4,0.6", True)
+    np.testing.assert_array_equal(table.omega, [0.4, 0.6])
+    assert table.transfer.shape == (2, 2, 2, 2, 6)
+    with output.capture() as told:
+        print_quadratic_transfer(table)
+        print_quadratic_transfer(replace(table, depth=np.nan, gravity=np.nan))
+    for words in ("depth 30 m, 1000 kg/m³", "0.4, 0.6 rad/s", "0, 90°; all pairs of headings", "second order is left"):
+        assert words in " ".join(told.get().split())
+    assert "off the database" not in told.get()
+    assert "depth – m" in told.get()
 
 
 def hidden_in_compiled_code() -> None:

@@ -9,8 +9,10 @@ import h5py
 import numpy as np
 import pytest
 
+from tlpsim.fmus.wave_fmu import TlpsimWave
+from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer, write_quadratic_transfer
 from tlpsim.loads.errors import ScenarioError, StepError, WiringError
-from tlpsim.loads.hydro.excitation import WaveForces
+from tlpsim.loads.hydro.excitation import PARTS, ROWS, WaveForces
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.scenarios.monolithic import twin
 from tlpsim.scenarios.results import Results, open_results
@@ -122,6 +124,25 @@ def test_every_kind_of_scenario_runs_compiled(
     assert (np.abs(coupled - alone).max(axis=1) / size).max() < (0.002 if step < 0.2 else 0.05)
 
 
+def test_a_quadratic_transfer_function_drives_both(scenario_file: Path, tmp_path: Path) -> None:
+    """Its drift is in both runs, and its mean in the position at the start."""
+    omega = np.linspace(0.15, 2.3, 40)
+    transfer = np.zeros((1, 40, 40, 6), dtype=np.complex128)
+    transfer[..., 0] = 3e5
+    table = QuadraticTransfer(omega=omega, heading=np.radians([21.6]), transfer=transfer)
+    write_quadratic_transfer(table, tmp_path / "qtf.h5")
+    settings = ["waves.drift=qtf", "waves.quadratic_transfer=qtf.h5", "components.wave.step=0.1"]
+    scenario = Scenario.load(scenario_file, settings)
+    results = [run_scenario(scenario, tmp_path / "r.h5", monolithic=alone) for alone in (True, False)]
+    forces = [each.signal("wave.drift.surge") for each in results]
+    assert forces[0].min() > 0.0  # the square of an envelope
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-3)
+    rest = twin(scenario.with_(waves={"drift": "none", "quadratic_transfer": None})).position[0]
+    mean = 3e5 * 7.08**2 / 8.0 / (twin(scenario).position[0] - rest)
+    # N/m of the tethers at an offset of some 10 m, which the setdown stiffens.
+    assert 2.0e5 < mean < 4.0e5
+
+
 def test_same_seed_same_bits(scenario_file: Path, tmp_path: Path) -> None:
     scenario = Scenario.load(scenario_file)
     one, same, other = (
@@ -133,8 +154,13 @@ def test_same_seed_same_bits(scenario_file: Path, tmp_path: Path) -> None:
 
 
 def test_all_parts_of_the_wave_force_are_in_the_loop() -> None:
-    """A part that is added to the waves' forces has to be added to `tlpsim.loads.simulation` too."""
-    assert {field.name for field in dataclasses.fields(WaveForces)} == {"diffraction", "viscous", "drift", "elevation"}
+    """A part that is added to the waves' forces has its place in the kernel, and in the outputs of the FMU."""
+    parts = {field.name for field in dataclasses.fields(WaveForces)} - {"elevation"}
+    assert parts == set(PARTS)
+    rows = sorted(k for part in PARTS.values() for k in range(part.start, part.stop))
+    assert rows == list(range(1, ROWS))
+    outputs = {each.name.partition(".")[0] for each in TlpsimWave.table if each.causality == "output"}
+    assert outputs == parts | {"force", "elevation"}
 
 
 def test_the_air_gap_takes_the_waves_where_they_are_connected(scenario_file: Path) -> None:
@@ -170,8 +196,8 @@ def test_what_cannot_run_is_refused_in_one_line(
 class Fault(Observer):
     """Breaks the run at a time."""
 
-    def sampled(self, index: int, time: int, values: np.ndarray) -> None:
-        if time >= 10**10:
+    def sampled(self, index: int, times: np.ndarray, values: np.ndarray) -> None:
+        if times[-1] >= 10**10:
             raise StepError("broken on purpose")
 
 

@@ -13,6 +13,7 @@ from tlpsim.loads.errors import FmuError, ScenarioError, StepError, WiringError
 from tlpsim.loads.platform.equilibrium import static_equilibrium
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.scenarios.assemble import assembled
+from tlpsim.scenarios.monolithic import twin
 from tlpsim.scenarios.results import open_results
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
@@ -42,6 +43,15 @@ def test_same_seed_same_numbers_and_another_seed_others(scenario_file: Path, tmp
     )
     assert one.tobytes() == same.tobytes()
     assert np.abs(one - other).max() > 0.1
+
+
+def test_isolated_components_give_the_same_numbers(scenario_file: Path, tmp_path: Path) -> None:
+    scenario = Scenario.load(scenario_file)
+    apart = {name: {"isolation": "process", "timeout": 30.0} for name in ("wave", "platform")}
+    one, same = (
+        positions(run_scenario(chosen, tmp_path / "r.h5")) for chosen in (scenario, scenario.with_(components=apart))
+    )
+    assert one.tobytes() == same.tobytes()
 
 
 def test_a_short_run_is_the_beginning_of_a_long_one(scenario_file: Path, tmp_path: Path) -> None:
@@ -184,8 +194,8 @@ def test_radiation_damps_the_waves_motion(scenario_file: Path, tmp_path: Path) -
 class Fault(Observer):
     """Breaks the run at a time."""
 
-    def sampled(self, index: int, time: int, values: np.ndarray) -> None:
-        if time >= 10**10:
+    def sampled(self, index: int, times: np.ndarray, values: np.ndarray) -> None:
+        if times[-1] >= 10**10:
             raise StepError("broken on purpose")
 
 
@@ -227,3 +237,23 @@ def test_equilibrium_of_the_default_storm_is_near_the_mean_of_the_motion() -> No
     force = np.array([1.7e6, 1.45e6, 0.0, -6.5e7, 7.6e7, 2.2e7])
     position = static_equilibrium(issc_tlp.platform(), force)
     assert position[0] == pytest.approx(force[0] / (14.0e6 * 9.80665 / 415.0), rel=0.01)
+
+
+@pytest.mark.parametrize("switch", [True, False])
+def test_equilibrium_is_that_of_the_wind_at_its_own_yaw(switch: bool) -> None:
+    box = {"position": [20.0, -15.0, 40.0], "size": [90.0, 30.0, 20.0], "shape_coefficient": 1.2}
+    scenario = Scenario.from_dict(
+        {
+            "wind": {"speed": 35.0, "boxes": [box], "yaw_dependent_area": switch},
+            "waves": {"significant_height": 0.0},
+            "current": {"speed": 0.0},
+        }
+    )
+    found = twin(scenario)
+    assert found.model.wind is not None
+    forces = [found.model.wind.mean_force(yaw) for yaw in (0.0, found.position[5])]
+    np.testing.assert_allclose(static_equilibrium(found.model.platform, forces[1]), found.position, atol=1e-8)
+    # b = l |sin| + w |cos| over that at zero yaw.
+    breadth = [90.0 * np.sin(angle) + 30.0 * np.cos(angle) for angle in np.radians(34.5) - [0.0, found.position[5]]]
+    assert found.position[5] > 0.03
+    assert forces[1][0] / forces[0][0] == pytest.approx(breadth[1] / breadth[0] if switch else 1.0, rel=1e-12)

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 import tlpsim.scenarios.schema
 from tlpsim.fmus.platform_fmu import MEMORY
+from tlpsim.fmus.wave_fmu import DRIFTS
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
@@ -110,6 +111,7 @@ def test_the_choices_are_those_of_the_physics() -> None:
     assert choices(Wind, "admittance") == set(ADMITTANCES)
     assert choices(Wind, "decomposition") == set(DECOMPOSITIONS)
     assert choices(Waves, "spectrum") == set(wave_spectra.SPECTRA)
+    assert choices(Waves, "drift") == set(DRIFTS)
     assert choices(Coupling, "filter") == set(SYMMETRIC)
     assert choices(Coupling, "extrapolation") == set(EXTRAPOLATIONS)
     assert choices(Platform, "model") == set(DRAFT)
@@ -154,6 +156,12 @@ def test_the_path_of_a_database_is_relative_to_the_scenario(write: Write, tmp_pa
     assert Scenario.load(path).platform.hydrodynamics == str(tmp_path / "hull" / "coefficients.h5")
     assert Scenario.load(path, ["platform.hydrodynamics=other.h5"]).platform.hydrodynamics == str(tmp_path / "other.h5")
     assert Scenario.load(path, ["platform.hydrodynamics=morison"]).platform.hydrodynamics == "morison"
+
+
+def test_the_path_of_a_quadratic_transfer_function_is_relative_to_the_scenario(write: Write, tmp_path: Path) -> None:
+    path = write('[waves]\ndrift = "qtf"\nquadratic_transfer = "hull/qtf.h5"')
+    assert Scenario.load(path).waves.quadratic_transfer == str(tmp_path / "hull" / "qtf.h5")
+    assert Scenario.load(path, ["waves.quadratic_transfer=h.12d"]).waves.quadratic_transfer == str(tmp_path / "h.12d")
 
 
 def test_connections_add_to_override_and_remove_the_standard_ones(write: Write) -> None:
@@ -266,6 +274,10 @@ def test_a_given_seed_is_kept_and_not_given_twice() -> None:
         ("[wind]\nsegments = []", ["wind.segments", "1 or more"]),
         ("[wind]\nboxes = []", ["wind.boxes", "1 or more"]),
         (
+            "[wind]\nsegments = [{ position = [0, 0, 9], area = 9, shape_coefficient = 1, plan = [90, 0] }]",
+            ["wind.segments[0].plan", "must be a length and a width > 0, or [0, 0]"],
+        ),
+        (
             "[wind]\nboxes = [{ position = [0, 0, 4], size = [9, 9, 9], shape_coefficient = 1 }]",
             ["wind.boxes[0].position[2] = 4", "below the water"],
         ),
@@ -296,6 +308,12 @@ def test_a_given_seed_is_kept_and_not_given_twice() -> None:
         ("[waves]\ncomponents = 1.5", ["waves.components = 1.5", "whole number"]),
         ('[waves]\ndisplaced_position = "yes"', ["waves.displaced_position", "true or false"]),
         ("[site]\nwater_depth = 30", ["site.water_depth = 30", "draft of issc_tlp, 35 m"]),
+        ('[waves]\ndrift = "qtf"', ["waves.drift", "quadratic_transfer", "tlpsim bem", "--qtf FILE.h5"]),
+        (
+            '[waves]\nquadratic_transfer = "qtf.h5"',
+            ["waves.quadratic_transfer", 'is for waves.drift = "qtf", and that is "newman"', "leave the file out"],
+        ),
+        ('[waves]\ndrift = "qtf"\nquadratic_transfer = ""', ["waves.quadratic_transfer", "must not be empty"]),
         (
             '[platform]\nhydrodynamics = "morrison"',
             ["platform.hydrodynamics", "(.h5)", "did you mean 'morison'", 'default is "issc_tlp"'],
@@ -312,6 +330,8 @@ def test_a_given_seed_is_kept_and_not_given_twice() -> None:
         ('[components.wave]\nfmu = "wave"', ["components.wave.fmu", ".fmu file", "did you mean 'builtin:wave'"]),
         ("[components.wave]\nparameters = { a = [1] }", ["components.wave.parameters.a", "JSON"]),
         ("[components.wave]\nparameters = { a = inf }", ["components.wave.parameters.a", "finite"]),
+        ('[components.wave]\nisolation = "thread"', ["components.wave.isolation", "'none' or 'process'"]),
+        ("[components.wave]\ntimeout = 0", ["components.wave.timeout = 0"]),
         ('[components."a.b"]\nfmu = "x.fmu"\nstep = 1', ['components."a.b"', "letters"]),
         (
             '[connections]\n"platform.wind_force.*" = { from = "wnd.force.*" }',
