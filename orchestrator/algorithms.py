@@ -1,4 +1,4 @@
-"""How the components of a loop agree: one after the other, all together, or by iteration.
+"""How the components of a loop agree: one after the other, all together, or by repeated steps.
 
 A group of components that feed each other is stepped by one of the algorithms
 
@@ -7,48 +7,25 @@ A group of components that feed each other is stepped by one of the algorithms
     sequential  the same, but of several at one time in the order in which the fewest inputs have to be extrapolated
                 (Gauss-Seidel)
     parallel    all that are due at one time get their inputs before any of them steps (Jacobi)
-    iterative   the whole group over the window of its largest step again and again, with the states restored in between,
-                until the inputs are those that the outputs give
+    iterative   the whole group over the window of its largest step again and again, with the states restored in
+                between, until the inputs are those that the outputs give
+    adaptive    as sequential, over as many steps at a time as the inputs can be continued; repeated over fewer where
+                they turn out to be different
 
-The first three are loops of `tlpsim.orchestrator.kernel`. The iteration is for the inputs u of all steps of a window,
-u = G(u) with G the steps and the links, from what the first algorithm gives, by (Küttler and Wall 2008; Degroote, Bathe
-and Vierendeels 2009)
-
-    none          u <- u + r,   r = G(u) - u                                                           (1)
-    aitken        u <- u + w r,   w <- -w r_0 . (r - r_0) / |r - r_0|²                                  (2)
-    quasi_newton  u <- u + r - (W + V) c,   c the least squares solution of V c = r                     (3)
-
-with the differences V of the residuals r and W of the inputs u of all iterations of the window, each input relative to
-its own size.
+The first three are loops of `tlpsim.orchestrator.kernel`; the others, and parallel steps in threads, are made by
+`tlpsim.orchestrator.iteration` and `tlpsim.orchestrator.windows`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tlpsim.loads.errors import StepError, WiringError
+from tlpsim.loads.errors import WiringError
 from tlpsim.orchestrator import kernel
 from tlpsim.orchestrator.clock import to_seconds
-from tlpsim.orchestrator.system import Iteration, System, groups
+from tlpsim.orchestrator.system import System, groups
 
-if TYPE_CHECKING:
-    from tlpsim.orchestrator.execution import Master
-
-FloatArray = NDArray[np.float64]
-
-_CODES = {
-    "multirate": kernel.SEQUENTIAL,
-    "sequential": kernel.SEQUENTIAL,
-    "parallel": kernel.PARALLEL,
-    "iterative": kernel.ITERATIVE,
-}
-_SMALLEST_SIZE = 1e-30
-_FIRST_RELAXATION = 1.0
-_DEPENDENT = 1e-8  # singular value of V, of columns of length 1, that eq. (3) leaves out
+_TAKING_BACK = ("iterative", "adaptive")
 
 
 def algorithm_codes(system: System) -> list[int]:
@@ -57,40 +34,46 @@ def algorithm_codes(system: System) -> list[int]:
     Raises
     ------
     WiringError
-        If a group is to be iterated and a component cannot save its state, or the largest step of the group is not a
-        whole number of each of the others.
+        If steps of a group have to be taken back and a component cannot save its state, or its steps do not fit: the
+        largest a whole number of each of the others for iterative, all equal for adaptive.
     """
     codes = []
     for group in groups(system):
-        components = [system.components[index] for index in group]
-        code = _CODES[system.algorithm] if len(group) > 1 else kernel.SEQUENTIAL
+        code = kernel.SEQUENTIAL
+        if len(group) > 1 and system.algorithm in _TAKING_BACK:
+            _check_windows(system, group)
+            code = kernel.CALLER
+        elif len(group) > 1 and system.algorithm == "parallel":
+            code = kernel.CALLER if system.threads > 1 else kernel.PARALLEL
         codes.append(code)
-        if code != kernel.ITERATIVE:
-            continue
-        for component in components:
-            if not component.instance.can_get_and_set_state:
-                raise WiringError(
-                    f"component '{component.name}' is in a loop that is to be iterated, but cannot save its state; "
-                    "choose the algorithm multirate, sequential or parallel"
-                )
-        window = max(component.step for component in components)
-        for component in components:
-            if window % component.step:
-                raise WiringError(
-                    f"component '{component.name}' has a step of {to_seconds(component.step):g} s in a loop that is to be "
-                    f"iterated, whose largest step, {to_seconds(window):g} s, is not a whole number of it"
-                )
     return codes
+
+
+def _check_windows(system: System, group: Sequence[int]) -> None:
+    components = [system.components[index] for index in group]
+    window = max(component.step for component in components)
+    for component in components:
+        where = f"component '{component.name}' is in a loop of the algorithm {system.algorithm}, but"
+        if not component.instance.can_get_and_set_state:
+            raise WiringError(f"{where} cannot save its state; choose multirate, sequential or parallel")
+        fits = window % component.step == 0 if system.algorithm == "iterative" else window == component.step
+        if not fits:
+            rule = "not a whole number of it" if system.algorithm == "iterative" else "another"
+            raise WiringError(
+                f"{where} its step of {to_seconds(component.step):g} s does not fit: the largest in the loop, "
+                f"{to_seconds(window):g} s, is {rule}"
+            )
 
 
 def order_of_ties(system: System, group: Sequence[int]) -> list[int]:
     """Order in which the components of a group step at one time.
 
-    For the algorithm sequential the fewest of the connections go against it, as far as a greedy choice finds (Eades, Lin
-    and Smyth 1993): again and again the component goes next that has most outgoing over incoming connections left.
+    For the algorithms sequential and adaptive the fewest of the connections go against it, as far as a greedy choice
+    finds (Eades, Lin and Smyth 1993): again and again the component goes next that has most outgoing over incoming
+    connections left.
     """
     declared = sorted(group, key=lambda member: (-system.components[member].step, member))
-    if system.algorithm != "sequential":
+    if system.algorithm not in ("sequential", "adaptive"):
         return declared
     names = {system.components[member].name: member for member in group}
     edges = {
@@ -108,116 +91,3 @@ def order_of_ties(system: System, group: Sequence[int]) -> list[int]:
         result.append(chosen)
         left.remove(chosen)
     return result
-
-
-class Acceleration(Protocol):
-    """Next inputs from the inputs and residuals so far, eqs. (1) to (3), all relative to the sizes of the inputs."""
-
-    def __call__(self, inputs: Sequence[FloatArray], residuals: Sequence[FloatArray]) -> FloatArray:
-        """Next inputs, shape (n,), of those and their residuals so far, oldest first."""
-
-
-class _Aitken:
-    def __init__(self) -> None:
-        self._relaxation = _FIRST_RELAXATION
-
-    def __call__(self, inputs: Sequence[FloatArray], residuals: Sequence[FloatArray]) -> FloatArray:
-        if len(residuals) > 1:
-            change = residuals[-1] - residuals[-2]
-            square = float(change @ change)
-            if square > 0.0:
-                self._relaxation *= -float(residuals[-2] @ change) / square
-        return inputs[-1] + self._relaxation * residuals[-1]
-
-
-def _quasi_newton(inputs: Sequence[FloatArray], residuals: Sequence[FloatArray]) -> FloatArray:
-    if len(residuals) == 1:
-        return inputs[-1] + residuals[-1]
-    # As many of the newest differences as there are unknowns, each by its own size.
-    latest = slice(-min(len(residuals) - 1, len(residuals[0])), None)
-    changes, steps = (np.diff(np.array(each), axis=0)[latest].T for each in (residuals, inputs))
-    size = np.maximum(np.linalg.norm(changes, axis=0), _SMALLEST_SIZE)
-    solution, *_ = np.linalg.lstsq(changes / size, residuals[-1], rcond=_DEPENDENT)
-    return np.asarray(inputs[-1] + residuals[-1] - (steps + changes) @ (solution / size))
-
-
-def _plain(inputs: Sequence[FloatArray], residuals: Sequence[FloatArray]) -> FloatArray:
-    return inputs[-1] + residuals[-1]
-
-
-_ACCELERATIONS: dict[str, Callable[[], Acceleration]] = {
-    "none": lambda: _plain,
-    "aitken": _Aitken,
-    "quasi_newton": lambda: _quasi_newton,
-}
-
-
-def iterate(master: Master, group: int, rule: Iteration) -> int:
-    """Step a group over one window; returns the number of iterations.
-
-    Raises
-    ------
-    StepError
-        If the iteration does not converge.
-    """
-    layout = master.layout
-    first, last = (int(place) for place in layout.groups[group, :2])
-    members = [int(member) for member in layout.members[first:last]]
-    window = int(layout.units[members, kernel.STEP].max())
-    counts = [window // int(layout.units[member, kernel.STEP]) for member in members]
-    begin = int(layout.units[members[0], kernel.TIME])
-    master.prepare_window(members, counts)
-    clock = layout.units[:, [kernel.TIME, kernel.NEWEST, kernel.STEPS]].copy()
-    instances = [master.instances[member] for member in members]
-    states = [instance.get_state() for instance in instances]
-    try:
-        used = _pass(master, members, counts, None)
-        accelerate = _ACCELERATIONS[rule.acceleration]()
-        inputs: list[FloatArray] = []
-        residuals: list[FloatArray] = []
-        size = np.maximum(np.abs(used), _SMALLEST_SIZE)
-        for iteration in range(1, rule.most + 1):
-            given = _given(master, members, counts, begin)
-            size = np.maximum(size, np.abs(given))
-            if np.all(np.abs(given - used) <= rule.tolerance * size):
-                return iteration
-            inputs.append(used / size)
-            residuals.append((given - used) / size)
-            used = size * accelerate(inputs, residuals)
-            for member, instance, state in zip(members, instances, states, strict=True):
-                instance.set_state(state)
-                layout.units[member, [kernel.TIME, kernel.NEWEST, kernel.STEPS]] = clock[member]
-            _pass(master, members, counts, used)
-    finally:
-        for instance, state in zip(instances, states, strict=True):
-            instance.free_state(state)
-    names = ", ".join(instance.name for instance in instances)
-    raise StepError(
-        f"the loop of {names} did not converge in {rule.most} iterations at t = {to_seconds(begin):.9g} s: its inputs "
-        f"still change by {np.max(np.abs(residuals[-1])):.3g} of their size, and {rule.tolerance:g} is asked for; reduce "
-        "the steps, allow more iterations, or choose the acceleration quasi_newton"
-    )
-
-
-def _pass(master: Master, members: Sequence[int], counts: Sequence[int], inputs: FloatArray | None) -> FloatArray:
-    """Step all members over the window, and return the inputs that they had, component by component, step by step."""
-    result = []
-    position = 0
-    for member, count in zip(members, counts, strict=True):
-        width = len(master.layout.values(member))
-        for _ in range(count):
-            master.step_alone(member, None if inputs is None else inputs[position : position + width])
-            result.append(master.layout.values(member).copy())
-            position += width
-    return np.concatenate(result)
-
-
-def _given(master: Master, members: Sequence[int], counts: Sequence[int], begin: int) -> FloatArray:
-    """The inputs of the window that the outputs give, in the same order."""
-    result = []
-    for member, count in zip(members, counts, strict=True):
-        step, offset = (int(master.layout.units[member, column]) for column in (kernel.STEP, kernel.OFFSET))
-        for k in range(count):
-            master.fill(member, begin + k * step + offset)
-            result.append(master.layout.values(member).copy())
-    return np.concatenate(result)

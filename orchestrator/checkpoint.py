@@ -85,7 +85,10 @@ def fingerprint(system: System) -> str:
         for component in system.components
     ]
     wiring = [repr(connection) for connection in system.connections]
-    text = json.dumps([whole, wiring, system.algorithm, repr(system.iteration), bound_outputs(system)], sort_keys=True)
+    text = json.dumps(
+        [whole, wiring, system.algorithm, repr((system.iteration, system.adaptation)), bound_outputs(system)],
+        sort_keys=True,
+    )
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -121,6 +124,7 @@ def take(master: Master, time: int, spooled: int, data: Mapping[str, str]) -> Ch
         time=time,
         arrays={
             "units": layout.units[:, :_KEPT_COLUMNS].copy(),
+            "groups": layout.groups.copy(),
             "index": layout.index.copy(),
             "heap": layout.heap.copy(),
             "control": layout.control.copy(),
@@ -141,13 +145,13 @@ def restore(master: Master, checkpoint: Checkpoint) -> None:
     """
     if checkpoint.fingerprint != fingerprint(master.system):
         raise CheckpointError(
-            "the checkpoint is of another system: an FMU, a parameter, a step or a connection is not what it was when the "
-            "run began; restore it, or start afresh"
+            "the checkpoint is of another system: an FMU, a parameter, a step or a connection is not what it was when "
+            "the run began; restore it, or start afresh"
         )
     layout = master.layout
     layout.units[:, :_KEPT_COLUMNS] = checkpoint.arrays["units"]
     layout.units[:, kernel.TAKEN] = layout.units[:, kernel.NEWEST]
-    for name in ("index", "heap", "control"):
+    for name in ("groups", "index", "heap", "control"):
         getattr(layout, name)[:] = checkpoint.arrays[name]
     for instance, data in zip(master.instances, checkpoint.states, strict=True):
         state = instance.deserialize_state(data)

@@ -1,8 +1,8 @@
 """A run: components are initialized, stepped on an integer clock, watched, and ended in good order.
 
-The steps themselves are made by a compiled loop (`tlpsim.orchestrator.kernel`), which comes back here for what it cannot
-do: a component without addresses to call, weights of a filter that it has not met, samples to pass on to observers, and
-faults.
+The steps themselves are made by a compiled loop (`tlpsim.orchestrator.kernel`), which comes back here for what it
+cannot do: a component without addresses to call, weights of a filter that it has not met, samples to pass on to
+observers, and faults.
 
 Every component starts a step while its own time is earlier than the stop time, so that a short run is the
 beginning of a longer one.
@@ -10,7 +10,9 @@ beginning of a longer one.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter, perf_counter_ns
@@ -20,15 +22,17 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.errors import DiscardError, FmuError, StepError, TlpsimError, WiringError
 from tlpsim.orchestrator import kernel
-from tlpsim.orchestrator.algorithms import algorithm_codes, iterate
+from tlpsim.orchestrator.algorithms import algorithm_codes
 from tlpsim.orchestrator.arrays import expanded
 from tlpsim.orchestrator.checkpoint import Checkpoints, require_serializable, restore
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
 from tlpsim.orchestrator.coupling import plan_links
 from tlpsim.orchestrator.instance import Instance
+from tlpsim.orchestrator.iteration import iterate
 from tlpsim.orchestrator.layout import lay_out
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import System, bound_outputs, check
+from tlpsim.orchestrator.windows import adapt, step_together
 
 FloatArray = NDArray[np.float64]
 
@@ -118,12 +122,13 @@ class Master:
         self.start = self._stop = 0
         self._budget = _FIRST_BUDGET
         self._passed_on = 0.0
-        self._outputs = bound_outputs(system)
+        self.outputs = bound_outputs(system)
         self.instances: list[Instance] = [component.instance for component in system.components]
         self.layout = lay_out(system, plan_links(system), algorithm_codes(system))
         self._arrays = self.layout.arrays
         self._discarded = 0
-        self._iterations = self._windows = 0
+        self._tally: Counter[str] = Counter()
+        self._pool: ThreadPoolExecutor | None = None
 
     # The beginning
 
@@ -146,7 +151,7 @@ class Master:
         for unit in order:
             component = self.system.components[unit]
             self._guarded(unit, "setting parameters of", component.instance.set_parameters, component.parameters)
-            component.instance.bind(self.layout.inputs[unit], self._outputs[unit])
+            component.instance.bind(self.layout.inputs[unit], self.outputs[unit])
         for unit in order:
             self._guarded(unit, "initializing", self.instances[unit].enter_initialization, to_seconds(start))
             self._take_initial_sample(unit)
@@ -238,11 +243,11 @@ class Master:
     def _run(self, until: int) -> None:
         control = self.layout.control
         actions: dict[int, Callable[[int], None]] = {
-            kernel.CALL: self._call,
+            kernel.CALL: self.call,
             kernel.FULL: lambda unit: self._pass_on(),
             kernel.WEIGHTS: lambda unit: self.layout.supply_weights(),
             kernel.FAILED: self._failed,
-            kernel.ITERATE: self._iterate,
+            kernel.GROUP_DUE: self._step_group,
         }
         while True:
             began = perf_counter()
@@ -282,24 +287,24 @@ class Master:
         if failure is not None:
             raise failure
 
-    def _times(self, unit: int) -> tuple[float, float]:
-        """Start and size of a component's step in s."""
+    def _times(self, unit: int, count: int = 1) -> tuple[float, float]:
+        """Start and size of some steps of a component in s."""
         row = self.layout.units[unit]
-        return int(row[kernel.TIME]) / NANOSECONDS_PER_SECOND, int(row[kernel.STEP]) / NANOSECONDS_PER_SECOND
+        return to_seconds(int(row[kernel.TIME])), to_seconds(count * int(row[kernel.STEP]))
 
-    def _call(self, unit: int) -> None:
-        """Step a component that has its inputs, into its next row."""
+    def call(self, unit: int, count: int = 1) -> None:
+        """Step a component that has its inputs over some of its steps at once, into the row of the last of them."""
         instance, row = self.instances[unit], self.layout.units[unit]
-        time, size = self._times(unit)
+        time, size = self._times(unit, count)
         began = perf_counter_ns()
-        into = self.layout.row(unit, int(row[kernel.NEWEST]) + 1)
+        into = self.layout.row(unit, int(row[kernel.NEWEST]) + count)
         try:
             if row[kernel.INPUT_COUNT]:
                 instance.set_inputs(self.layout.values(unit))
             try:
                 instance.step(time, size)
             except DiscardError as error:
-                self._retry(unit, error)
+                self._retry(unit, error, count)
             instance.get_outputs(into)
         except TlpsimError as error:
             raise type(error)(f"{error}{self._inputs_of(unit)}") from error
@@ -309,6 +314,8 @@ class Master:
                 f"{self._inputs_of(unit)}"
             ) from error
         row[kernel.NANOSECONDS] += perf_counter_ns() - began
+        if not np.all(np.isfinite(into)):
+            raise self._not_finite(unit, int(row[kernel.TIME] + count * row[kernel.STEP]), into)
 
     def _failed(self, unit: int) -> None:
         """Go on after a step that was discarded, or say what failed."""
@@ -324,7 +331,8 @@ class Master:
             raise StepError(f"{instance.name}: asks at t = {time:.9g} s for the end of the simulation")
         if phase == kernel.EARLY:
             raise StepError(
-                f"{instance.name}: returned early from the step of {size:.9g} s at t = {time:.9g} s, which was not allowed"
+                f"{instance.name}: returned early from the step of {size:.9g} s at t = {time:.9g} s, which was not "
+                "allowed"
             )
         error = instance.native_failure(_FUNCTIONS[phase], time, size, status, self.layout.last_successful_time)
         if status != _DISCARD or phase != kernel.STEPPING:
@@ -333,10 +341,10 @@ class Master:
         instance.get_outputs(self.layout.row(unit, int(self.layout.units[unit, kernel.NEWEST]) + 1))
         control[kernel.PENDING] = unit
 
-    def _retry(self, unit: int, error: DiscardError) -> None:
+    def _retry(self, unit: int, error: DiscardError, count: int = 1) -> None:
         """Finish a discarded step in smaller ones, from where the component says that it is."""
         instance = self.instances[unit]
-        time, size = self._times(unit)
+        time, size = self._times(unit, count)
         reached = instance.last_successful_time()
         if reached is None:
             raise StepError(
@@ -370,18 +378,29 @@ class Master:
     def _not_finite(self, unit: int, time: int, values: FloatArray) -> StepError:
         position = int(np.flatnonzero(~np.isfinite(values))[0])
         return StepError(
-            f"{self.instances[unit].name}: output '{self._outputs[unit][position]}' is {values[position]} "
+            f"{self.instances[unit].name}: output '{self.outputs[unit][position]}' is {values[position]} "
             f"at t = {to_seconds(int(time)):.9g} s, not a finite number; "
             f"check the component's parameters, inputs and step size{self._inputs_of(unit)}"
         )
 
-    # Groups that are iterated
+    # Groups that the compiled loop leaves to this one
 
-    def _iterate(self, unit: int) -> None:
-        """Step a whole group over the window of its largest step, until its inputs and outputs agree."""
-        self._iterations += iterate(self, int(self.layout.units[unit, kernel.GROUP]), self.system.iteration)
-        self._windows += 1
+    def _step_group(self, unit: int) -> None:
+        """Step a whole group by the algorithm of the system."""
+        group = int(self.layout.units[unit, kernel.GROUP])
+        match self.system.algorithm:
+            case "iterative":
+                iterate(self, group)
+            case "adaptive":
+                adapt(self, group)
+            case _:
+                self._pool = self._pool or ThreadPoolExecutor(self.system.threads)
+                step_together(self, group, self._pool)
         self.layout.control[kernel.PENDING] = kernel.GROUP_STEPPED
+
+    def tally(self, **counts: int) -> None:
+        """Count what the algorithms of groups did, for the notes."""
+        self._tally.update(counts)
 
     def prepare_window(self, members: Sequence[int], counts: Sequence[int]) -> None:
         """Step what feeds a group from outside until it has all samples for so many steps, and make room for them."""
@@ -420,7 +439,7 @@ class Master:
             if code == kernel.DONE:
                 return
             if code == kernel.CALL:
-                self._call(unit)
+                self.call(unit)
             elif code == kernel.WEIGHTS:
                 layout.supply_weights()
             else:
@@ -430,6 +449,8 @@ class Master:
 
     def terminate(self) -> None:
         """End the simulation of every component. A component that fails in it only causes a note."""
+        if self._pool is not None:
+            self._pool.shutdown()
         for instance in self.instances:
             try:
                 instance.terminate()
@@ -439,8 +460,16 @@ class Master:
     def summary(self) -> RunSummary:
         """Summarize what happened so far."""
         notes = list(self._notes)
-        if self._windows:
-            notes.append(f"{self._windows} windows took {self._iterations / self._windows:.3g} iterations each")
+        tally = self._tally
+        if tally["windows"]:
+            mean = tally["steps"] / tally["windows"]
+            if self.system.algorithm == "iterative":
+                notes.append(f"{tally['windows']} windows took {mean:.3g} iterations each")
+            else:
+                notes.append(
+                    f"{tally['windows']} windows of {mean:.3g} steps in the mean, {tally['repeated']} repeated over "
+                    f"fewer, {tally['above']} of one step with a difference above the tolerance"
+                )
         if self._discarded:
             notes.append(f"{self._discarded} steps were discarded by a component and taken in pieces")
         return RunSummary(

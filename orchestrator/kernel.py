@@ -1,17 +1,17 @@
 """The compiled loop of the master: whose turn it is, its inputs, its step, and its sample.
 
 Of all components in a loop, the one with the earliest time of its own steps next; of several, the one with the largest
-step (slow first), then the one declared first. A slow component thus steps over its whole step with feedback inputs that
-are extrapolated, and the fast ones then step inside that window on values that are interpolated. Outside loops nothing
-is extrapolated: before a component steps, what feeds it is stepped until it has all the samples that the interpolation
-filter needs. With the algorithm `PARALLEL` all components of a loop that are due at one time get their inputs before any
-of them steps.
+step (slow first), then the one declared first. A slow component thus steps over its whole step with feedback inputs
+that are extrapolated, and the fast ones then step inside that window on values that are interpolated. Outside loops
+nothing is extrapolated: before a component steps, what feeds it is stepped until it has all the samples that the
+interpolation filter needs. With the algorithm `PARALLEL` all components of a loop that are due at one time get their
+inputs before any of them steps.
 
 Everything is in a few flat arrays, in which a component and a link are rows of whole numbers, named here. A component
 whose FMU has no addresses to call is left to the caller: the loop fills its inputs and returns `CALL`, and goes on from
 the sample that the caller puts in the component's next row. The loop also returns when samples have to be taken away
 (`FULL`), when a weight is missing (`WEIGHTS`), when a component fails (`FAILED`), when a group is due that the caller
-iterates (`ITERATE`), and after a number of steps (`PAUSE`).
+steps (`GROUP_DUE`), and after a number of steps (`PAUSE`).
 
 Samples. Sample n of a component belongs to the time start + n step, and lies in row n - base of its history; samples
 before the first one equal it. Inputs are, of samples x with their derivatives x^(d) as far as the filter uses them,
@@ -23,13 +23,15 @@ with weights from tables that the caller fills, one set for every instant within
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 from tlpsim.orchestrator.native import _integer, call_step, call_values, load, nanoseconds, store
 
 # What the loop returns.
-DONE, PAUSE, CALL, FULL, WEIGHTS, FAILED, ITERATE = range(7)
+DONE, PAUSE, CALL, FULL, WEIGHTS, FAILED, GROUP_DUE = range(7)
 
 # Columns of a component's row.
 (
@@ -47,6 +49,7 @@ DONE, PAUSE, CALL, FULL, WEIGHTS, FAILED, ITERATE = range(7)
     TAKEN,  # number of the newest sample that has been taken away
     INPUTS,  # place in the heap
     INPUT_COUNT,
+    SIZES,  # place in the heap of the largest size that each input had
     FIRST_LINK,
     LINKS,
     FILLED,  # 1: has its inputs for the next step
@@ -67,8 +70,8 @@ DONE, PAUSE, CALL, FULL, WEIGHTS, FAILED, ITERATE = range(7)
     GET_BUFFER,
     GET_NUMBER,
     GET_PLACES,
-) = range(34)
-UNIT_COLUMNS = 34
+) = range(35)
+UNIT_COLUMNS = 35
 
 # Columns of a link's row.
 (
@@ -91,18 +94,27 @@ UNIT_COLUMNS = 34
 LINK_COLUMNS = 15
 
 # Columns of a group's row.
-FIRST_MEMBER, END_OF_MEMBERS, ALGORITHM, TURN, DUE = range(5)  # TURN and DUE: component whose turn it is, and its time
-GROUP_COLUMNS = 5
+(
+    FIRST_MEMBER,
+    END_OF_MEMBERS,
+    ALGORITHM,
+    TURN,  # component whose turn it is
+    PLACE,  # its place in the members
+    DUE,  # its time
+    READY,  # time for which all that are due have their inputs, of the algorithm PARALLEL
+    WINDOW,  # steps that the caller takes at a time
+) = range(8)
+GROUP_COLUMNS = 8
 
 # Places in the array of what is left to the caller.
 UNIT, STATUS, PHASE, LINK, KEY, DEPTH, PENDING, FINAL = range(8)  # FINAL: 1 if no step is ever taken back
 CONTROL_SIZE = 8
 FLAGS = 16  # place in the room of what a step of FMI 3.0 returns
 
-SEQUENTIAL, PARALLEL, ITERATIVE = range(3)
+SEQUENTIAL, PARALLEL, CALLER = range(3)
 """Algorithms of a group: one component after the other, all that are due together, or as the caller does it."""
 GROUP_STEPPED = -2
-"""What the caller leaves in `control[PENDING]` after `ITERATE`."""
+"""What the caller leaves in `control[PENDING]` after `GROUP_DUE`."""
 SLOTS = 1024  # sets of weights of a link
 _PROBES = 32
 UNUSED = np.iinfo(np.int64).min
@@ -111,9 +123,11 @@ SETTING, STEPPING, GETTING, ENDING, EARLY = range(5)  # what failed, of a step
 _WARNING = 1
 
 
-# Passing all arrays on takes longer than what most of the functions do: they become part of the loop.
-_compiled = njit(cache=True, error_model="numpy", _nrt=False)
-_inlined = njit(cache=True, error_model="numpy", forceinline=True, _nrt=False)
+# Without reference counts (`_nrt`), which take longer than the steps of a native FMU: nothing is allocated here. To
+# pass all arrays on takes longer than what most of the functions do: they become part of the loop.
+_OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
+_compiled = njit(**_OPTIONS)
+_inlined = njit(forceinline=True, **_OPTIONS)
 
 
 @_inlined
@@ -271,7 +285,7 @@ def _native_outputs(unit, row, began, timed, clock, units, index, heap, room, co
     return True
 
 
-@njit(cache=True, error_model="numpy", forceinline=True, _nrt=False, fastmath={"reassoc"})
+@njit(forceinline=True, fastmath={"reassoc"}, **_OPTIONS)
 def _nothing(heap, first, count):  # type: ignore[no-untyped-def]
     """Zero times the sum of numbers: NaN, which is not zero, if one of them is not finite."""
     result = 0.0
@@ -333,11 +347,38 @@ def step_alone(unit, clock, units, links, index, heap, room, control):  # type: 
 @_inlined
 def _look(group, units, groups, members):  # type: ignore[no-untyped-def]
     """Find whose turn it is in a group; members are in the order of equal times."""
-    result = members[groups[group, FIRST_MEMBER]]
-    for k in range(groups[group, FIRST_MEMBER] + 1, groups[group, END_OF_MEMBERS]):
-        if units[members[k], TIME] < units[result, TIME]:
-            result = members[k]
-    groups[group, TURN], groups[group, DUE] = result, units[result, TIME]
+    place = groups[group, FIRST_MEMBER]
+    due = units[members[place], TIME]
+    for k in range(place + 1, groups[group, END_OF_MEMBERS]):
+        time = units[members[k], TIME]
+        if time < due:
+            place, due = k, time
+    groups[group, TURN], groups[group, PLACE], groups[group, DUE] = members[place], place, due
+
+
+@_inlined
+def _look_on(group, units, groups, members):  # type: ignore[no-untyped-def]
+    """Find whose turn is next when the one whose turn it was has stepped and no other: often the next is due too."""
+    due = groups[group, DUE]
+    for k in range(groups[group, PLACE], groups[group, END_OF_MEMBERS]):
+        if units[members[k], TIME] == due:
+            groups[group, TURN], groups[group, PLACE] = members[k], k
+            return
+    _look(group, units, groups, members)
+
+
+@_inlined
+def _next_group(chosen, due, groups):  # type: ignore[no-untyped-def]
+    """First of the groups that are due earliest; `chosen` was it last and due at `due`, or is -1."""
+    if chosen >= 0:
+        for each in range(chosen, groups.shape[0]):
+            if groups[each, DUE] == due:
+                return np.int64(each)
+    result = np.int64(0)
+    for each in range(1, groups.shape[0]):
+        if groups[each, DUE] < groups[result, DUE]:
+            result = np.int64(each)
+    return result
 
 
 @_inlined
@@ -385,6 +426,7 @@ def advance(  # type: ignore[no-untyped-def]
     """
     depth = control[DEPTH]
     taken = 0
+    chosen, due = np.int64(-1), np.int64(0)
     for each in range(groups.shape[0]):
         _look(each, units, groups, members)
     while True:
@@ -395,7 +437,7 @@ def advance(  # type: ignore[no-untyped-def]
             if not publish(unit, row, units, heap):
                 control[STATUS], control[PHASE] = -1, GETTING
                 return FAILED
-            _look(units[unit, GROUP], units, groups, members)
+            _look_on(units[unit, GROUP], units, groups, members)
             taken += 1
         if unit >= 0 or unit == GROUP_STEPPED:
             control[PENDING] = -1
@@ -405,11 +447,9 @@ def advance(  # type: ignore[no-untyped-def]
         if depth == 0:
             if taken >= budget:
                 return PAUSE
-            chosen = np.int64(0)
-            for each in range(1, groups.shape[0]):
-                if groups[each, DUE] < groups[chosen, DUE]:
-                    chosen = np.int64(each)
-            if groups[chosen, DUE] >= until:
+            chosen = _next_group(chosen, due, groups)
+            due = groups[chosen, DUE]
+            if due >= until:
                 return DONE
             stack[0, 0], stack[0, 1] = chosen, -1
             depth = 1
@@ -420,16 +460,17 @@ def advance(  # type: ignore[no-untyped-def]
             continue
         group = stack[depth - 1, 0]
         unit = groups[group, TURN]
-        if groups[group, ALGORITHM] == ITERATIVE:
+        if groups[group, ALGORITHM] == CALLER:
             control[UNIT] = unit
-            return ITERATE
-        if units[unit, FILLED] == 0:
-            together = groups[group, ALGORITHM] == PARALLEL
+            return GROUP_DUE
+        parallel = groups[group, ALGORITHM] == PARALLEL
+        if units[unit, FILLED] == 0 or (parallel and groups[group, READY] != units[unit, TIME]):
+            first = groups[group, PLACE]
+            last = groups[group, END_OF_MEMBERS] if parallel else first + 1
             wanted, number = -1, 0
-            for k in range(groups[group, FIRST_MEMBER], groups[group, END_OF_MEMBERS]):
+            for k in range(first, last):
                 other = members[k]
-                due = together and units[other, TIME] == units[unit, TIME] and units[other, FILLED] == 0
-                if other == unit or due:
+                if units[other, TIME] == units[unit, TIME] and units[other, FILLED] == 0:
                     wanted, number = wanting(other, units[other, TIME] + units[other, OFFSET], units, links)
                     if wanted >= 0:
                         break
@@ -439,18 +480,18 @@ def advance(  # type: ignore[no-untyped-def]
                 depth += 1
                 control[DEPTH] = depth
                 continue
-            for k in range(groups[group, FIRST_MEMBER], groups[group, END_OF_MEMBERS]):
+            for k in range(first, last):
                 other = members[k]
-                due = together and units[other, TIME] == units[unit, TIME] and units[other, FILLED] == 0
-                if other == unit or due:
+                if units[other, TIME] == units[unit, TIME] and units[other, FILLED] == 0:
                     request = units[other, TIME] + units[other, OFFSET]
                     if not fill_inputs(other, request, units, links, index, heap, control):
                         return WEIGHTS
                     units[other, FILLED] = 1
+            groups[group, READY] = units[unit, TIME]
         code = _take_step(unit, clock, units, index, heap, room, control)
         if code != DONE:
             return code
-        _look(group, units, groups, members)
+        _look_on(group, units, groups, members)
         taken += 1
         if stack[depth - 1, 1] < 0:
             depth -= 1

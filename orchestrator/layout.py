@@ -61,6 +61,11 @@ class Layout:
         first, count = (int(self.units[unit, column]) for column in (kernel.INPUTS, kernel.INPUT_COUNT))
         return self.heap[first : first + count]
 
+    def sizes(self, unit: int) -> FloatArray:
+        """Largest size that each input of a component had, as far as that is kept; a view."""
+        first, count = (int(self.units[unit, column]) for column in (kernel.SIZES, kernel.INPUT_COUNT))
+        return self.heap[first : first + count]
+
     def row(self, unit: int, number: int) -> FloatArray:
         """Sample of a component, or room for its next one; a view."""
         base, history, width = (int(self.units[unit, column]) for column in (kernel.BASE, kernel.HISTORY, kernel.WIDTH))
@@ -189,6 +194,7 @@ def lay_out(system: System, plans: Sequence[LinkPlan], algorithms: Sequence[int]
         row[kernel.ROWS], row[kernel.KEPT], row[kernel.WIDTH] = rows, kept, width
         row[kernel.BASE], row[kernel.NEWEST], row[kernel.TAKEN] = -before, -1, -1
         row[kernel.HISTORY], row[kernel.INPUTS] = claim(rows * width), claim(len(inputs[-1]))
+        row[kernel.SIZES] = claim(len(inputs[-1]))
         row[kernel.INPUT_COUNT], row[kernel.LINKS] = len(inputs[-1]), len(incoming)
         row[kernel.FIRST_LINK] = incoming[0] if incoming else 0
         row[kernel.SET_PLACES] = place(np.zeros(len(inputs[-1]), dtype=np.int64))
@@ -215,14 +221,15 @@ def lay_out(system: System, plans: Sequence[LinkPlan], algorithms: Sequence[int]
     heap = np.zeros(heap_size)
     for first, numbers in scales:
         heap[first : first + len(numbers)] = numbers
-    bounds, members = [], []
+    bounds: list[tuple[int, ...]] = []
+    members: list[int] = []
     for group, algorithm in zip(groups(system), algorithms, strict=True):
-        bounds.append((len(members), len(members) + len(group), algorithm, 0, 0))
+        bounds.append((len(members), len(members) + len(group), algorithm, 0, 0, 0, -1, 1))
         members += order_of_ties(system, group)
         units[group, kernel.GROUP] = len(bounds) - 1
     control = np.zeros(kernel.CONTROL_SIZE, dtype=np.int64)
     control[kernel.PENDING] = -1
-    control[kernel.FINAL] = kernel.ITERATIVE not in algorithms
+    control[kernel.FINAL] = kernel.CALLER not in algorithms
     return Layout(
         units=units,
         links=links,

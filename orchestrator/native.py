@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
 from numba.extending import intrinsic
 
@@ -108,7 +108,11 @@ def call_values(version, function, instance, references, count, values, number):
 
 @njit(inline="always")
 def call_step(version, function, instance, time, size, final, flags):  # type: ignore[no-untyped-def]
-    """Step; `final` is 1 if no state before its end is ever set again; `flags` is the address of 32 bytes: of FMI 3, three booleans and, 8 on, the last successful time."""
+    """Step; returns the status.
+
+    `final` is 1 if no state before its end is ever set again. `flags` is the address of 32 bytes: of FMI 3, three
+    booleans and, 8 on, the last successful time.
+    """
     if version == 2:
         return _fmi2_step(function, instance, time, size, final)
     return _fmi3_step(function, instance, time, size, final, flags, flags + 1, flags + 2, flags + 8)

@@ -24,7 +24,8 @@ class Observer:
         """Take successive samples of one component.
 
         The samples of one component come in the order of time. Those of different components need not: they come in
-        blocks, and a component outside every loop is stepped ahead of those that it feeds, also past the end of the run.
+        blocks, and a component outside every loop is stepped ahead of those that it feeds, also past the end of the
+        run.
 
         Parameters
         ----------
@@ -33,8 +34,8 @@ class Observer:
         times
             Times of the samples in ns, shape (samples,).
         values
-            The component's bound outputs, see `tlpsim.orchestrator.system.bound_outputs`, shape (samples, outputs). Copy
-            what must be kept: the array is used again.
+            The component's bound outputs, see `tlpsim.orchestrator.system.bound_outputs`, shape (samples, outputs).
+            Copy what must be kept: the array is used again.
         """
 
     def stopped(self, reason: BaseException | None, summary: "RunSummary") -> None:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import CAUSAL, SYMMETRIC
 from tlpsim.orchestrator.arrays import expanded
-from tlpsim.orchestrator.clock import to_seconds
+from tlpsim.orchestrator.clock import LARGEST_STEP, to_seconds
 from tlpsim.orchestrator.graph import algebraic_loops, strong_components
 from tlpsim.orchestrator.instance import Instance, Variable, nearest_match
 from tlpsim.orchestrator.units import unit_conversion
@@ -103,7 +103,7 @@ class Connection:
         return f"{self.source}.{self.source_variable} -> {self.target}.{self.target_variable}"
 
 
-ALGORITHMS = ("multirate", "sequential", "parallel", "iterative")
+ALGORITHMS = ("multirate", "sequential", "parallel", "iterative", "adaptive")
 """How the components of a loop are stepped, see `tlpsim.orchestrator.algorithms`."""
 
 ACCELERATIONS = ("none", "aitken", "quasi_newton")
@@ -130,6 +130,23 @@ class Iteration:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Adaptation:
+    """How many steps at a time a loop takes.
+
+    Parameters
+    ----------
+    tolerance
+        Largest difference between what an input was taken to be at the end of some steps and what it then was,
+        relative to the largest size that it had.
+    longest
+        Largest number of steps.
+    """
+
+    tolerance: float = 1e-4
+    longest: int = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class System:
     """Components and their connections.
 
@@ -141,12 +158,19 @@ class System:
         Of the loops, one of `ALGORITHMS`.
     iteration
         Of the algorithm ``iterative``.
+    adaptation
+        Of the algorithm ``adaptive``.
+    threads
+        Number of components of a loop that step at the same time, with the algorithm ``parallel``. It pays for native
+        FMUs whose steps take long; Python FMUs take turns in any case.
     """
 
     components: tuple[Component, ...]
     connections: tuple[Connection, ...] = ()
     algorithm: str = "multirate"
     iteration: Iteration = Iteration()
+    adaptation: Adaptation = Adaptation()
+    threads: int = 1
 
 
 def _component(by_name: Mapping[str, Component], name: str, connection: Connection) -> Component:
@@ -180,6 +204,11 @@ def _check_component(component: Component) -> None:
     name = component.name
     if not isinstance(component.step, int) or component.step <= 0:
         raise WiringError(f"component '{name}': step {component.step!r} is not a positive whole number of ns")
+    if component.step > LARGEST_STEP:
+        raise WiringError(
+            f"component '{name}': step {to_seconds(component.step):g} s is longer than {to_seconds(LARGEST_STEP):.4g} s; "
+            "give a shorter one"
+        )
     if component.inputs_at not in INPUTS_AT:
         raise WiringError(
             f"component '{name}': inputs_at = '{component.inputs_at}' is not one of {', '.join(INPUTS_AT)}"
@@ -208,8 +237,8 @@ def _check_connection(connection: Connection, by_name: Mapping[str, Component]) 
     _conversion(connection, source.instance, target.instance)
     if connection.filter == ANTI_ALIAS and source.step >= target.step:
         raise WiringError(
-            f"{where}: the filter {ANTI_ALIAS} is for a target that is slower than its source, and '{target.name}' steps by "
-            f"{to_seconds(target.step):g} s, '{source.name}' by {to_seconds(source.step):g} s; take cubic"
+            f"{where}: the filter {ANTI_ALIAS} is for a target that is slower than its source, and '{target.name}' "
+            f"steps by {to_seconds(target.step):g} s, '{source.name}' by {to_seconds(source.step):g} s; take cubic"
         )
     if connection.filter not in (*SYMMETRIC, ANTI_ALIAS):
         raise WiringError(f"{where}: filter '{connection.filter}' is not one of {', '.join(SYMMETRIC)}, {ANTI_ALIAS}")
@@ -252,7 +281,8 @@ def _check_look_ahead(system: System) -> None:
     """Refuse, inside a loop, filters that need samples from beyond the step."""
     group_of = {system.components[index].name: k for k, group in enumerate(groups(system)) for index in group}
     for connection in system.connections:
-        if connection.filter not in (*CAUSAL, ANTI_ALIAS) and group_of[connection.source] == group_of[connection.target]:
+        in_loop = group_of[connection.source] == group_of[connection.target]
+        if in_loop and connection.filter not in (*CAUSAL, ANTI_ALIAS):
             raise WiringError(
                 f"connection {connection}: filter '{connection.filter}' looks ahead, which cannot be done inside the "
                 f"loop of '{connection.source}' and '{connection.target}'; choose one of {', '.join(CAUSAL)}"
@@ -267,10 +297,16 @@ def _check_algorithm(system: System) -> None:
     ):
         if value not in names:
             raise WiringError(f"{what} '{value}' is not one of {', '.join(names)}")
+    bounds = system.adaptation
+    if not 0.0 < bounds.tolerance < 1.0 or bounds.longest < 1 or system.threads < 1:
+        raise WiringError(
+            f"adaptation of steps: tolerance {bounds.tolerance}, {bounds.longest} steps at most, {system.threads} "
+            "threads; give a tolerance between 0 and 1, one step or more, and one thread or more"
+        )
     if not 0.0 < rule.tolerance < 1.0 or rule.most < 1:
         raise WiringError(
-            f"iteration of loops: tolerance {rule.tolerance} and {rule.most} iterations at most; give a tolerance between "
-            "0 and 1, and one iteration or more"
+            f"iteration of loops: tolerance {rule.tolerance} and {rule.most} iterations at most; give a tolerance "
+            "between 0 and 1, and one iteration or more"
         )
 
 

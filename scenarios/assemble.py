@@ -34,8 +34,10 @@ from tlpsim.orchestrator.fmu import open_fmu
 from tlpsim.orchestrator.instance import Instance
 from tlpsim.orchestrator.isolation import IsolatedInstance
 from tlpsim.orchestrator.ode import SolverOptions
-from tlpsim.orchestrator.system import Component, Connection, System, check, loops
-from tlpsim.scenarios.schema import Scenario, Wire
+from tlpsim.orchestrator.system import Component, Connection, Iteration, System, check, loops
+from tlpsim.orchestrator.table import TableInstance
+from tlpsim.scenarios.reading import expand
+from tlpsim.scenarios.schema import STANDARD_CONNECTIONS, Scenario, Wire
 from tlpsim.scenarios.sections import BUILTIN
 from tlpsim.scenarios.sections import Component as Entry
 
@@ -90,6 +92,8 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
                 for name, entry in scenario.components.items()
             ),
             connections=_connections(scenario, instances),
+            algorithm=scenario.coupling.algorithm,
+            iteration=Iteration(**dict(scenario.coupling.iteration)),
         )
         for name in instances:
             _warn_of_left_out(scenario, name, instances[name])
@@ -125,7 +129,9 @@ def _prepare_database(scenario: Scenario) -> None:
 
 def _opened(name: str, entry: Entry) -> Instance:
     solver = SolverOptions(inputs="linear" if entry.inputs_at == "end" else "hold")
-    open_here = functools.partial(open_fmu, name, _path(entry), solver=solver)
+    open_here: Callable[[], Instance] = functools.partial(open_fmu, name, _path(entry), solver=solver)
+    if entry.is_table:
+        open_here = functools.partial(TableInstance, name, entry.fmu)
     return IsolatedInstance(name, open_here, entry.timeout) if entry.isolation == "process" else open_here()
 
 
@@ -139,8 +145,12 @@ def _path(entry: Entry) -> Path:
 def _connections(scenario: Scenario, instances: Mapping[str, Instance]) -> tuple[Connection, ...]:
     components = scenario.components
 
+    standard = expand(STANDARD_CONNECTIONS)
+
     def wanted(wire: Wire) -> bool:
         ends = ((wire.source, wire.source_variable), (wire.target, wire.target_variable))
+        if components[wire.target].is_table and f"{wire.target}.{wire.target_variable}" in standard:
+            return False  # a table has no inputs
         return (wire.target, wire.target_variable) not in OPTIONAL or all(
             components[name].own_name(variable) in instances[name].variables for name, variable in ends
         )
@@ -350,7 +360,7 @@ def wave_loads(scenario: Scenario) -> WaveLoads | None:
 
 def _warn_of_left_out(scenario: Scenario, name: str, instance: Instance) -> None:
     missing = [key for key in standard_parameters(scenario, name) if key not in instance.variables]
-    if missing:
+    if missing and not scenario.components[name].is_table:
         warnings.warn(f"{name}: the FMU has no parameters {', '.join(missing)}; its own values hold", stacklevel=3)
 
 
@@ -397,7 +407,7 @@ def blamed_on(name: str) -> Iterator[None]:
 def _is_own(scenario: Scenario, name: str) -> bool:
     """Whether a component of the contract is this project's own FMU, built in or from a file."""
     entry = scenario.components.get(name)
-    if entry is None or name not in STANDARD:
+    if entry is None or name not in STANDARD or entry.is_table:
         return False
     if entry.fmu.startswith(BUILTIN):
         return entry.fmu == f"{BUILTIN}{name}"

@@ -23,6 +23,7 @@ from tlpsim.orchestrator.ssp import SystemDescription
 from tlpsim.orchestrator.ssp_read import read_ssp
 from tlpsim.orchestrator.ssp_write import write_ssp
 from tlpsim.orchestrator.system import Component, Connection, System, expanded
+from tlpsim.orchestrator.table import TABLE_ENDING, TableInstance
 from tlpsim.scenarios.quantities import TIME
 from tlpsim.scenarios.reading import parse_override
 from tlpsim.scenarios.recording import Recording
@@ -56,7 +57,7 @@ def opened(
     Parameters
     ----------
     files
-        One .ssp or .ssd file, or FMUs as FILE.fmu or NAME=FILE.fmu.
+        One .ssp or .ssd file, or FMUs as FILE.fmu or NAME=FILE.fmu, and tables (.csv) likewise.
     connect
         Connections COMPONENT.OUTPUT=COMPONENT.INPUT, beside those of a description.
     steps
@@ -196,22 +197,25 @@ def _of_fmus(files: Sequence[str], default: float | None, steps: Mapping[str, fl
         name, equals, file = text.partition("=")
         path = Path(file if equals else text)
         name = name if equals else path.stem
-        if path.suffix.lower() != ".fmu":
+        is_table = path.suffix.lower() == TABLE_ENDING
+        if path.suffix.lower() != ".fmu" and not is_table:
             raise ScenarioError(
                 f"'{text}' is neither a scenario (.toml), a system description (.ssp, .ssd) nor an FMU; "
-                "give FILE.fmu or NAME=FILE.fmu"
+                f"give FILE.fmu or NAME=FILE.fmu, or a table, FILE{TABLE_ENDING}"
             )
         if name in components:
             raise ScenarioError(f"there are two components '{name}'; name one of them: other={path}")
+        table = TableInstance(name, path) if is_table else None
         step = steps.get(name, default)
         if step is None:
-            step = read_description(path).default_experiment.get("stepSize")
+            step = table.table.step if table else read_description(path).default_experiment.get("stepSize")
         if step is None:
             raise ScenarioError(
-                f"component '{name}': its FMU has no default step; give one with --step 0.1 or --step {name}=0.1"
+                f"component '{name}': its {'table' if table else 'FMU'} has no default step; give one with --step 0.1 or "
+                f"--step {name}=0.1"
             )
         ticks = to_positive_ticks(step, f"step of '{name}'")
-        components[name] = Component(instance=open_fmu(name, path), step=ticks)
+        components[name] = Component(instance=table or open_fmu(name, path), step=ticks)
     return SystemDescription(name=", ".join(components), system=System(components=tuple(components.values())))
 
 

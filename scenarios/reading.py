@@ -123,11 +123,11 @@ def resolve(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, An
 
 
 def absolute_paths(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """`data` with the paths of FMUs, which are relative to the scenario's folder, made absolute."""
+    """`data` with the paths of FMUs and tables, which are relative to the scenario's folder, made absolute."""
     components = {}
     for name, entry in _table(data, "components").items():
         fmu = entry.get("fmu") if isinstance(entry, Mapping) else None
-        if isinstance(fmu, str) and fmu.endswith(".fmu"):
+        if isinstance(fmu, str) and fmu.lower().endswith((".fmu", ".csv")):
             components[name] = {"fmu": str((folder / Path(fmu).expanduser()).resolve())}
     return merge(data, {"components": components}) if components else dict(data)
 

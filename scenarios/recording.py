@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import fnmatch
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from tlpsim.loads.errors import ScenarioError
 from tlpsim.orchestrator.clock import to_ticks
+from tlpsim.scenarios.problems import nearest
 from tlpsim.scenarios.schema import Scenario
 
 _NONE: Mapping[str, Mapping[str, str]] = MappingProxyType({})
@@ -24,7 +27,7 @@ class Recording:
     end
         Time in ns after which samples are left out.
     signals
-        Names of signals or patterns, see `tlpsim.scenarios.results.select_signals`.
+        Names of signals or patterns, see `select_signals`.
     names
         Names under which outputs are recorded, by component and output, where they differ.
     attributes
@@ -53,3 +56,25 @@ def recording_of(scenario: Scenario) -> Recording:
         },
         attributes={"scenario": scenario.to_json(), "seeds": json.dumps(scenario.seeds())},
     )
+
+
+def select_signals(names: Sequence[str], patterns: Sequence[str]) -> set[str]:
+    """Signals that match one of the patterns, in which `*` and `?` are wildcards and brackets are not.
+
+    Raises
+    ------
+    ScenarioError
+        When a pattern matches none of the names.
+    """
+    chosen: set[str] = set()
+    for pattern in patterns:
+        # tendon_tension[1] is a name, not a set of characters.
+        literal = pattern.replace("[", "[[]")
+        matching = {name for name in names if fnmatch.fnmatchcase(name, literal)}
+        if not matching:
+            raise ScenarioError(
+                f"outputs.signals: '{pattern}' matches no signal{nearest(pattern, names)}; "
+                "`*` stands for any text, as in 'platform.position.*'"
+            )
+        chosen |= matching
+    return chosen

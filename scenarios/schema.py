@@ -36,6 +36,7 @@ from tlpsim.scenarios.sections import (
     Current,
     Extrapolation,
     Filter,
+    LoopIteration,
     Outputs,
     Platform,
     Section,
@@ -131,7 +132,7 @@ class Scenario(Section):
         sources = [Source(name=str(path), data=read_toml(file)), Source(name="override", data=settings)]
         changes = merge(sources[0].data, settings)
         folder = file.resolve().parent
-        return cls._build(_standard(), _absolute_files(absolute_paths(changes, folder), folder), sources)
+        return cls._build(_standard(), with_absolute_paths(changes, folder), sources)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], where: str = "scenario") -> Self:
@@ -264,6 +265,7 @@ SECTIONS: dict[Location, type[BaseModel]] = {
     ("waves", "orders"): WaveOrders,
     ("current",): Current,
     ("coupling",): Coupling,
+    ("coupling", "iteration"): LoopIteration,
     ("components", "*"): Component,
     ("connections", "*"): Connection,
     ("outputs",): Outputs,
@@ -274,8 +276,9 @@ def _standard() -> dict[str, Any]:
     return {"components": STANDARD_COMPONENTS, "connections": expand(STANDARD_CONNECTIONS)}
 
 
-def _absolute_files(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """`data` with the paths of hydrodynamic files, which are relative to the scenario's folder, made absolute."""
+def with_absolute_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """`data` with the paths of FMUs, tables and hydrodynamic files, relative to the scenario's folder, made absolute."""
+    data = absolute_paths(data, folder)
     for section, key in (("platform", "hydrodynamics"), ("waves", "quadratic_transfer")):
         table = data.get(section)
         name = table.get(key) if isinstance(table, Mapping) else None

@@ -37,11 +37,12 @@ from tlpsim.scenarios.quantities import (
 
 BUILTIN = "builtin:"
 BUILTIN_COMPONENTS = ("wind", "wave", "platform")
+TABLE = ".csv"
 LARGEST_SEED = 2**31 - 1  # an FMI Integer is a signed 32-bit number
 # Depth of the deepest part of each hull below the mean water level, m.
 DRAFT = {"issc_tlp": 35.0}
 
-Filter = Literal["hold", "linear", "cubic", "quintic", "six_point", "kaiser", "optimal"]
+Filter = Literal["hold", "linear", "cubic", "quintic", "six_point", "kaiser", "optimal", "anti_alias"]
 Extrapolation = Literal["hold", "linear", "quadratic", "derivatives"]
 Seed = Annotated[StrictInt, Field(ge=0, le=LARGEST_SEED)]
 
@@ -315,15 +316,28 @@ class Current(Section):
     doppler: StrictBool = False
 
 
+class LoopIteration(Section):
+    """When the iteration of a loop ends, and how it is accelerated, see `tlpsim.orchestrator.system.Iteration`."""
+
+    tolerance: Annotated[Ratio, Field(gt=0, lt=1)] = 1e-9
+    most: Annotated[StrictInt, Field(ge=1)] = 50
+    acceleration: Literal["quasi_newton", "aitken", "none"] = "quasi_newton"
+
+
 class Coupling(Section):
-    """How a value is found between and after a source's samples, where a connection does not say."""
+    """How loops are stepped, and how a value is found between and after a source's samples.
+
+    `filter` and `extrapolation` are for the connections that do not say, `iteration` is for the algorithm iterative.
+    """
 
     filter: Filter = "cubic"
     extrapolation: Extrapolation = "derivatives"
+    algorithm: Literal["multirate", "sequential", "parallel", "iterative"] = "multirate"
+    iteration: LoopIteration = LoopIteration()
 
 
 class Component(Section):
-    """An FMU, its step, its parameters, and its own names for the contract's variables (`map`).
+    """An FMU or a table, its step, its parameters, and its own names for the contract's variables (`map`).
 
     `timeout` is how long a call may take of a component that runs in a process of its own (`isolation`).
     """
@@ -340,10 +354,15 @@ class Component(Section):
     @classmethod
     def _builtin_or_file(cls, value: str) -> str:
         known = [BUILTIN + name for name in BUILTIN_COMPONENTS]
-        if value not in known and (value.startswith(BUILTIN) or not value.endswith(".fmu")):
+        if value not in known and (value.startswith(BUILTIN) or not value.lower().endswith((".fmu", TABLE))):
             hint = nearest(value if value.startswith(BUILTIN) else BUILTIN + value, known)
-            raise ValueError(f"must be the path of an .fmu file or one of {', '.join(known)}{hint}")
+            raise ValueError(f"must be the path of an .fmu file, of a table ({TABLE}) or one of {', '.join(known)}{hint}")
         return value
+
+    @property
+    def is_table(self) -> bool:
+        """Whether it is a table of signals, see `tlpsim.orchestrator.table`."""
+        return self.fmu.lower().endswith(TABLE)
 
     def own_name(self, variable: str) -> str:
         """The FMU's own name of a contract variable."""

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.orchestrator.units import unit_conversion
 from tlpsim.scenarios.results import Results, ResultsError
 
 BAND_EDGES = (0.022, 0.2)  # Hz, Li and Kareem (1990), Table I
@@ -33,6 +34,7 @@ TABLE_UNITS = {
     "pitch": ("1e-4 rad", 1e4),
     "yaw": ("1e-2 rad", 1e2),
 }
+_SI_UNITS = {degree: "rad" if unit.endswith("rad") else "m" for degree, (unit, _) in TABLE_UNITS.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,6 +176,14 @@ class ResponseRow:
     minimum: float
 
 
+def _conversion(unit: str, wanted: str) -> float:
+    """Factor from the unit of a recorded signal, an FMU's own, to the one wanted; 1 where it is not known."""
+    try:
+        return unit_conversion(unit, wanted, {}, {})[0]
+    except ValueError:
+        return 1.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TensionExtremes:
     """Highest and lowest tension over all tendons, N, with the tendon and the time (s) of each."""
@@ -244,7 +254,8 @@ def summary(results: Results, start: float | None = None, component: str = "plat
         if f"position.{degree}" not in recorded:
             continue
         unit, factor = TABLE_UNITS[degree]
-        signal = factor * results.signal(f"{component}.position.{degree}")
+        name = f"{component}.position.{degree}"
+        signal = factor * _conversion(results.unit(name), _SI_UNITS[degree]) * results.signal(name)
         statistics = band_statistics(time, signal, start=start)
         notes += [statistics.note] if statistics.note else []
         motions.append(
@@ -285,7 +296,13 @@ def extreme_tensions(results: Results, start: float = 0.0, component: str = "pla
     if not names or not len(time):
         return None
     first, _ = _first_sample(time, start, BAND_EDGES[0])
-    tensions = np.stack([results.signal(f"{component}.{name}")[first:] for name in names])
+    factors = [_conversion(results.unit(f"{component}.{name}"), "N") for name in names]
+    tensions = np.stack(
+        [
+            factor * results.signal(f"{component}.{name}")[first:]
+            for name, factor in zip(names, factors, strict=True)
+        ]
+    )
     highest, when_highest = np.unravel_index(int(np.argmax(tensions)), tensions.shape)
     lowest, when_lowest = np.unravel_index(int(np.argmin(tensions)), tensions.shape)
     return TensionExtremes(

@@ -34,8 +34,8 @@ _LARGEST_RATIO = 200.0
 def _require_ratio(ratio: float) -> None:
     if not 1.0 < ratio <= _LARGEST_RATIO:
         raise ScenarioError(
-            f"anti-alias filter: the step of the target is {ratio:g} times that of the source; it must be more than 1 and "
-            f"at most {_LARGEST_RATIO:g} times; take another filter, or a step in between"
+            f"anti-alias filter: the step of the target is {ratio:g} times that of the source; it must be more than 1 "
+            f"and at most {_LARGEST_RATIO:g} times; take another filter, or a step in between"
         )
 
 

@@ -293,6 +293,10 @@ def hermite_weights(derivatives: int, phase: float, step: float) -> FloatArray:
     return np.asarray(values.reshape(2, derivatives + 1).T * (step ** np.arange(derivatives + 1))[:, np.newaxis])
 
 
+def _hermite_values(derivatives: int, phase: float) -> FloatArray:
+    return hermite_weights(derivatives, phase, 1.0)[0]
+
+
 _HOLD = _polynomial_filter("hold", 1, np.array([[1.0]]))
 _LINEAR = _polynomial_filter("linear", 1, np.array([[1.0, 0.0], [-1.0, 1.0]]))
 # The cubic filter (R. Keys, IEEE Transactions on Acoustics, Speech and Signal Processing 29, 1981,
@@ -328,15 +332,10 @@ nothing to look ahead to; the others have none.
 
 
 HERMITE: dict[int, InterpolationFilter] = {
-    derivatives: InterpolationFilter(
-        name=name,
-        before=1,
-        after=1,
-        weights=lambda phase, derivatives=derivatives: hermite_weights(derivatives, phase, 1.0),
-    )
+    derivatives: InterpolationFilter(name=name, before=1, after=1, weights=partial(_hermite_values, derivatives))
     for derivatives, name in ((1, "cubic"), (2, "quintic"))
 }
-"""Hermite polynomials by the number of known derivatives; their weights, see `hermite_weights`, are for a step of 1 s."""
+"""Hermite polynomials by the number of known derivatives; see `hermite_weights` for the weights of the derivatives."""
 
 
 def interpolate(interpolation_filter: InterpolationFilter, samples: ArrayLike, ratio: int) -> FloatArray:
@@ -406,16 +405,26 @@ def _phase_weights(interpolation_filter: InterpolationFilter, ratio: int) -> Flo
 
 
 def _phase_responses(
-    interpolation_filter: InterpolationFilter, frequency: FloatArray, sample_step: float, ratio: int
+    interpolation_filter: InterpolationFilter, frequency: FloatArray, sample_step: float, ratio: int, derivatives: int
 ) -> NDArray[np.complex128]:
     """Response y(jH/ratio) to the samples exp(i 2 pi f nH), shape (ratio, number of frequencies)."""
     taps = np.arange(1 - interpolation_filter.before, interpolation_filter.after + 1)
     samples = np.exp(2j * np.pi * sample_step * np.outer(taps, frequency))
-    return np.asarray(_phase_weights(interpolation_filter, ratio) @ samples)
+    if not derivatives:
+        return np.asarray(_phase_weights(interpolation_filter, ratio) @ samples)
+    # The derivatives are those of the harmonic itself, the lowest of all that have these samples.
+    cycles = frequency * sample_step
+    powers = (2j * np.pi * (cycles - np.rint(cycles))) ** np.arange(derivatives + 1)[:, np.newaxis]
+    rows = np.array([hermite_weights(derivatives, j / ratio, 1.0) for j in range(ratio)])
+    return np.asarray(np.einsum("jdk,df,kf->jf", rows, powers, samples))
 
 
 def frequency_response(
-    interpolation_filter: InterpolationFilter, frequency: ArrayLike, sample_step: float, ratio: int
+    interpolation_filter: InterpolationFilter,
+    frequency: ArrayLike,
+    sample_step: float,
+    ratio: int,
+    derivatives: int = 0,
 ) -> NDArray[np.complex128]:
     """Complex gain from samples at `sample_step` to the signal at `sample_step / ratio`.
 
@@ -431,6 +440,8 @@ def frequency_response(
         Step of the samples in s.
     ratio
         Number of output values a sample step.
+    derivatives
+        Number of time derivatives that are known at the samples, with the filter of `HERMITE` for as many.
 
     Returns
     -------
@@ -438,7 +449,7 @@ def frequency_response(
     """
     frequencies = np.asarray(frequency, dtype=np.float64)
     flat = frequencies.ravel()
-    responses = _phase_responses(interpolation_filter, flat, sample_step, ratio)
+    responses = _phase_responses(interpolation_filter, flat, sample_step, ratio, derivatives)
     phases = np.arange(ratio) / ratio
     carrier = np.exp(-2j * np.pi * sample_step * np.outer(phases, flat))
     result: NDArray[np.complex128] = np.mean(responses * carrier, axis=0)
@@ -465,14 +476,18 @@ def interpolation_error(
     """
     frequencies = np.asarray(frequency, dtype=np.float64)
     flat = frequencies.ravel()
-    responses = _phase_responses(interpolation_filter, flat, sample_step, ratio)
+    responses = _phase_responses(interpolation_filter, flat, sample_step, ratio, 0)
     exact = np.exp(2j * np.pi * sample_step * np.outer(np.arange(ratio) / ratio, flat))
     result: FloatArray = np.sqrt(np.mean(np.abs(responses - exact) ** 2, axis=0))
     return result.reshape(frequencies.shape)
 
 
 def report(
-    interpolation_filter: InterpolationFilter, band: tuple[float, float], sample_step: float, ratio: int
+    interpolation_filter: InterpolationFilter,
+    band: tuple[float, float],
+    sample_step: float,
+    ratio: int,
+    derivatives: int = 0,
 ) -> InterpolationReport:
     """What a filter does to a band of frequencies, from samples at `sample_step` to `sample_step / ratio`.
 
@@ -484,6 +499,8 @@ def report(
         Step of the samples in s.
     ratio
         Number of output values a sample step.
+    derivatives
+        As of `frequency_response`.
 
     Raises
     ------
@@ -499,10 +516,11 @@ def report(
             f"0 and {nyquist:g} Hz, half the sampling frequency"
         )
     frequency = np.linspace(low, high, _REPORT_FREQUENCIES)
-    gain = frequency_response(interpolation_filter, frequency, sample_step, ratio)
+    gain = frequency_response(interpolation_filter, frequency, sample_step, ratio, derivatives)
     # In the output, sampled at ratio / sample_step, all images are distinct for 1 <= m < ratio and then repeat.
     orders = np.arange(1, ratio) / sample_step
-    images = np.abs(frequency_response(interpolation_filter, np.add.outer(orders, frequency), sample_step, ratio))
+    image_frequency = np.add.outer(orders, frequency)
+    images = np.abs(frequency_response(interpolation_filter, image_frequency, sample_step, ratio, derivatives))
     largest = float(images.max(initial=0.0))
     return InterpolationReport(
         name=interpolation_filter.name,

@@ -4,8 +4,8 @@
 
 a_n are the amplitudes of a sea (`tlpsim.loads.waves.sea`), (X, Y) the place. The rows r are the elevation, forces,
 and the velocities of the water at many points of one hull. These points lie within a few wavelengths, so that the rows
-of a long-crested sea are nearly linearly dependent: 223 of the ISSC platform have the rank 80, to rounding. A pivoted QR
-decomposition chooses that many of them, H_B, and gives the others as sums of these (Cheng, Gimbutas, Martinsson and
+of a long-crested sea are nearly linearly dependent: 223 of the ISSC platform have the rank 80, to rounding. A pivoted
+QR decomposition chooses that many of them, H_B, and gives the others as sums of these (Cheng, Gimbutas, Martinsson and
 Rokhlin 2005, SIAM J. Sci. Comput. 26):
 
     H = T H_B,   T = 1 for the rows of H_B                                                            (2)

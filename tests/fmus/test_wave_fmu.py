@@ -171,7 +171,7 @@ def test_drift_damping_is_that_of_the_sea_and_can_be_switched_off(tmp_path: Path
     np.testing.assert_allclose(forces[0] - forces[1], damping[:, :2] @ speed, rtol=1e-6, atol=1e-3)
     one_heading = dataclasses.replace(issc_database(), **_of_heading(issc_database(), 0))
     write(one_heading, tmp_path / "one.h5")
-    with pytest.raises(ScenarioError, match="at least 2 rising headings, .* or switch it off, drift_damping = false"):
+    with pytest.raises(ScenarioError, match=r"at least 2 rising headings, .* or switch it off, drift_damping = false"):
         model(hydrodynamics=str(tmp_path / "one.h5"))
     assert model(hydrodynamics=str(tmp_path / "one.h5"), drift_damping=False).sea is not None
 
