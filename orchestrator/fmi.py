@@ -18,6 +18,7 @@ from tlpsim.orchestrator.description import CO_SIMULATION, extracted, library_me
 from tlpsim.orchestrator.fmu_log import STATUS_NAMES, Log
 from tlpsim.orchestrator.instance import Instance, NativeCalls, checked_parameters
 from tlpsim.orchestrator.model_variables import Place, element_names
+from tlpsim.orchestrator.output_derivatives import DerivativeBlock, output_derivatives
 from tlpsim.orchestrator.python_fmu import is_python_fmu, release_state_at_exit
 from tlpsim.orchestrator.value_block import ValueBlock
 
@@ -65,7 +66,10 @@ class FmiInstance(Instance):
                 "tlpsim.orchestrator.fmu.open_fmu takes either"
             )
         self._member = library_member(self.description, self.kind)
-        self.variables = self.description.variables
+        order = self.description.kinds[self.kind].max_output_derivative_order if self.kind == CO_SIMULATION else 0
+        self._derivatives = output_derivatives(self.description.variables, self.description.places, order)
+        own = {name: each.variable for name, each in self._derivatives.items()}
+        self.variables = {**self.description.variables, **own}
         self.arrays = self.description.arrays
         self.units = self.description.units
         self._capabilities = self.description.kinds[self.kind].capabilities
@@ -78,10 +82,11 @@ class FmiInstance(Instance):
         self._component: Any = None
         self._given: dict[str, Any] = {}
         self._inputs: list[ValueBlock] = []
-        self._outputs: list[ValueBlock] = []
+        self._outputs: list[ValueBlock | DerivativeBlock] = []
         self._do_step: Any = None
         self._states = 0
         self._running = False
+        self._stepped = False
         self._broken = False
 
     # Failures
@@ -249,16 +254,22 @@ class FmiInstance(Instance):
         """Allocate the buffers of `set_inputs` and `get_outputs`, one for each type; see `Instance`."""
         self._instantiate()
         self._inputs = self._blocks("Set", inputs)
-        self._outputs = self._blocks("Get", outputs)
+        self._outputs = [*self._blocks("Get", outputs), *self._derivative_blocks(outputs)]
 
     def _blocks(self, verb: str, names: Sequence[str]) -> list[ValueBlock]:
         places = self.description.places
         for name in names:
+            if name in self._derivatives and verb == "Get":
+                continue
             if name not in places or places[name].type not in self._numbers:
                 raise WiringError(f"{self.name}: '{name}' is not a numerical variable, and cannot be bound")
         blocks = []
         for kind, number in self._numbers.items():
-            bound = [position for position, name in enumerate(names) if places[names[position]].type == kind]
+            bound = [
+                position
+                for position, name in enumerate(names)
+                if name not in self._derivatives and places[name].type == kind
+            ]
             if not bound:
                 continue
             function = f"fmi{self.version}{verb}{kind}"
@@ -274,6 +285,23 @@ class FmiInstance(Instance):
                 block.fill(self._start_values)
             blocks.append(block)
         return blocks
+
+    def _derivative_blocks(self, names: Sequence[str]) -> list[DerivativeBlock]:
+        bound = [position for position, name in enumerate(names) if name in self._derivatives]
+        if not bound:
+            return []
+        name = "fmi2GetRealOutputDerivatives" if self.version == 2 else "fmi3GetOutputDerivatives"
+        chosen = [self._derivatives[names[position]] for position in bound]
+        block = DerivativeBlock(self._function(name), name, chosen, bound, lambda: self._stepped)
+        block.arguments = (
+            self._component,
+            ctypes.c_void_p(block.references.ctypes.data),
+            ctypes.c_size_t(len(block.references)),
+            ctypes.c_void_p(block.orders.ctypes.data),
+            ctypes.c_void_p(block.values.ctypes.data),
+            *self._value_count(len(block.values)),
+        )
+        return [block]
 
     def set_inputs(self, values: FloatArray) -> None:
         """Set the bound inputs; see `Instance`."""
@@ -294,11 +322,16 @@ class FmiInstance(Instance):
     def native_calls(self) -> NativeCalls | None:
         """Addresses for the compiled loop where all bound variables are Real or Float64; see `Instance`."""
         kind, number = next(iter(self._numbers.items()))
-        if self._broken or self._component is None or any(b.type is not number for b in self._inputs + self._outputs):
+        if (
+            self._broken
+            or self._component is None
+            or any(block.type is not number for block in (*self._inputs, *self._outputs))
+        ):
             return None
         self._log.clock = self.clock
         nothing = ValueBlock(None, "", number, (), (), self.description.places)
-        inputs, outputs = (blocks[0] if blocks else nothing for blocks in (self._inputs, self._outputs))
+        inputs = self._inputs[0] if self._inputs else nothing
+        outputs = next((block for block in self._outputs if isinstance(block, ValueBlock)), nothing)
 
         def address(name: str) -> int:
             return ctypes.cast(self._function(name), ctypes.c_void_p).value or 0

@@ -98,6 +98,7 @@ class Fmi3Instance(FmiInstance):
         status = self._do_step(self._component, time, size, not self._states, *self._answers)
         if status:
             self._check_step(status, size)
+        self._stepped = True
         if self._flags.value:
             self._check_flags(time, size)
 

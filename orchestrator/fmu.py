@@ -97,6 +97,7 @@ class FmuInstance(FmiInstance):
         status = self._do_step(self._component, time, size, 0 if self._states else 1)
         if status:
             self._check_step(status, size)
+        self._stepped = True
 
     def _discard_note(self) -> str:
         terminated = self._asked("Boolean", _TERMINATED, ctypes.c_int)

@@ -114,7 +114,7 @@ class Layout:
         row, plan = self.links[link], self.plans[link]
         step = int(self.units[row[kernel.SOURCE], kernel.STEP])
         slot = -1 - int(kernel.weights_place(link, key, self.links, self.index))
-        weights = _weights(plan, key, step)
+        weights = link_weights(plan, key, step)
         first = row[kernel.TABLE] + slot * row[kernel.STRIDE]
         self.heap[first : first + weights.size] = weights.ravel()
         self.index[row[kernel.KEYS] + slot] = key
@@ -140,7 +140,7 @@ class Layout:
         )
 
 
-def _weights(plan: LinkPlan, key: int, step: int) -> FloatArray:
+def link_weights(plan: LinkPlan, key: int, step: int) -> FloatArray:
     """Weights of eq. (1) of the kernel: `key` is the time in ns since a sample, or negative that beyond the newest."""
     if plan.smooth:
         return plan.filter.weights(0.0 if key == step else abs(key) / step)

@@ -31,7 +31,7 @@ FAULTS = dict(zip(_NAMES.split(), range(13), strict=True))
 _TYPES = ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64", "Boolean", "Int32")
 
 
-def _description2(guid: str, inputs: int, outputs: int) -> str:
+def _description2(guid: str, inputs: int, outputs: int, derivatives: int) -> str:
     def scalar(name: str, reference: int, causality: str, variability: str, typed: str) -> str:
         return (
             f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{causality}" '
@@ -55,7 +55,7 @@ def _description2(guid: str, inputs: int, outputs: int) -> str:
     ) + "".join(f'<Unknown index="{inputs + outputs + k}" dependencies="{inputs + outputs + k - 1}"/>' for k in (6, 8))
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Chain" guid="{guid}" generationTool="C compiler">
-<CoSimulation modelIdentifier="Chain" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"
+<CoSimulation modelIdentifier="Chain" maxOutputDerivativeOrder="{derivatives}" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"
  canSerializeFMUstate="true"/>
 <UnitDefinitions>
 <Unit name="N"><BaseUnit kg="1" m="1" s="-2"/></Unit>
@@ -67,7 +67,7 @@ def _description2(guid: str, inputs: int, outputs: int) -> str:
 </fmiModelDescription>"""
 
 
-def _description3(guid: str, inputs: int, outputs: int) -> str:
+def _description3(guid: str, inputs: int, outputs: int, derivatives: int) -> str:
     def others(suffix: str, first: int, causality: str, start: bool) -> str:
         return "".join(
             f'<{name} name="{name.lower()}{suffix}" valueReference="{first + number}" causality="{causality}" '
@@ -80,7 +80,7 @@ def _description3(guid: str, inputs: int, outputs: int) -> str:
     )
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="Chain" instantiationToken="{guid}" generationTool="C compiler">
-<CoSimulation modelIdentifier="Chain" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true"
+<CoSimulation modelIdentifier="Chain" maxOutputDerivativeOrder="{derivatives}" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true"
  canSerializeFMUState="true"/>
 <UnitDefinitions>
 <Unit name="N"><BaseUnit kg="1" m="1" s="-2"/></Unit>
@@ -107,7 +107,7 @@ def _description3(guid: str, inputs: int, outputs: int) -> str:
 _DESCRIPTIONS = {2: _description2, 3: _description3}
 
 
-def build(folder: str | Path, version: int = 2, inputs: int = 6, outputs: int = 12) -> Path:
+def build(folder: str | Path, version: int = 2, inputs: int = 6, outputs: int = 12, derivatives: int = 0) -> Path:
     """Compile the FMU for this platform.
 
     Parameters
@@ -118,6 +118,8 @@ def build(folder: str | Path, version: int = 2, inputs: int = 6, outputs: int = 
         Of FMI, 2 or 3.
     inputs, outputs
         Numbers of Real inputs and outputs.
+    derivatives
+        Order up to which derivatives of the outputs are offered, by the equations of the states.
 
     Returns
     -------
@@ -128,9 +130,9 @@ def build(folder: str | Path, version: int = 2, inputs: int = 6, outputs: int = 
     RuntimeError
         Without a C compiler; tests are skipped by the fixture `chain_fmu` then.
     """
-    path = Path(folder) / f"Chain_fmi{version}_{inputs}_{outputs}.fmu"
+    path = Path(folder) / f"Chain_fmi{version}_{inputs}_{outputs}_{derivatives}.fmu"
     macros = {"INPUTS": inputs, "OUTPUTS": outputs}
-    return compiled(path, "Chain", version, lambda guid: _DESCRIPTIONS[version](guid, inputs, outputs), macros)
+    return compiled(path, "Chain", version, lambda guid: _DESCRIPTIONS[version](guid, inputs, outputs, derivatives), macros)
 
 
 def compiled(

@@ -122,6 +122,16 @@ fmi3Status fmi3SetString(fmi3Instance c, const unsigned vr[], size_t n, const fm
     return fmi3OK;
 }
 
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const unsigned vr[], size_t n, const fmi3Int32 order[],
+                                    fmi3Float64 value[], size_t values) {
+    if (values != n * OUTPUTS) return fmi3Error;
+    for (size_t i = 0; i < n; i++) {
+        if (vr[i] != Y) return fmi3Error;
+        for (int k = 0; k < OUTPUTS; k++) *value++ = model_derivative(MODEL, k, order[i]);
+    }
+    return fmi3OK;
+}
+
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 size, fmi3Boolean no_rollback,
                       fmi3Boolean *events, fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last_time) {
     Instance *instance = c;
@@ -203,5 +213,4 @@ STUB(fmi3GetNominalsOfContinuousStates)
 STUB(fmi3GetNumberOfEventIndicators)
 STUB(fmi3GetNumberOfContinuousStates)
 STUB(fmi3EnterStepMode)
-STUB(fmi3GetOutputDerivatives)
 STUB(fmi3ActivateModelPartition)
