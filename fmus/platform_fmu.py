@@ -32,6 +32,7 @@ from tlpsim.fmus.component import (  # noqa: E402
     six,
     text_parameter,
 )
+from tlpsim.fmus.current import CURRENT_PARAMETERS, current_of  # noqa: E402
 from tlpsim.fmus.tables import matrix_from_json, record_from_json  # noqa: E402
 from tlpsim.loads import issc_tlp  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
@@ -110,12 +111,14 @@ def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
         water_density=parameter("water_density"),
         gravity=parameter("gravity"),
     )
+    tendons = _tendons(parameter)
     undamped = PlatformModel(
         body=body,
-        tendons=_tendons(parameter),
+        tendons=tendons,
         free=vector("free", DEGREES_OF_FREEDOM),
         method=parameter("integrator"),
         memory=memory,
+        current=current_of(parameter) if np.any(tendons.drag_coefficient * tendons.diameter > 0.0) else None,
     )
     require_upright(undamped)
     damping = damping_from_ratios(undamped, vector("damping_ratio", DEGREES_OF_FREEDOM))
@@ -254,6 +257,7 @@ class TlpsimPlatform(Component):
             issc_tlp.WATER_DEPTH,
             "depth of the water, also for the tethers and the database of the ISSC TLP",
         ),
+        *CURRENT_PARAMETERS,
         real_parameter("water_density", "kg/m3", _BODY.water_density, "density of the water"),
         real_parameter("gravity", "m/s2", _BODY.gravity, "acceleration of gravity"),
         *(

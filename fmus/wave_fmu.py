@@ -30,6 +30,7 @@ from tlpsim.fmus.component import (  # noqa: E402
     six,
     text_parameter,
 )
+from tlpsim.fmus.current import CURRENT_PARAMETERS, current_of  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
@@ -50,7 +51,7 @@ from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
 from tlpsim.loads.hydro.morison import Members  # noqa: E402
 from tlpsim.loads.hydro.quadratic_filters import DriftFilters, newman_filters, quadratic_filters  # noqa: E402
 from tlpsim.loads.hydro.splash import largest_elevation  # noqa: E402
-from tlpsim.loads.waves.current import Current, current_velocity, uniform_current  # noqa: E402
+from tlpsim.loads.waves.current import current_velocity  # noqa: E402
 from tlpsim.loads.waves.doppler import delay_ratio, sea_in_current  # noqa: E402
 from tlpsim.loads.waves.elevation import (  # noqa: E402
     DEFAULT_ORDERS,
@@ -74,7 +75,7 @@ _MOTION = ("position.*", "velocity.*")
 
 def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
     """Wave loads from the FMU's parameters, of which `parameter` gives the value by name."""
-    members, database, current = _members(parameter), _database(parameter), _current(parameter)
+    members, database, current = _members(parameter), _database(parameter), current_of(parameter)
     sea = _sea(parameter, members)
     splash = parameter("splash") and parameter("significant_height") > 0.0
     doppler = parameter("doppler") and current is not None
@@ -119,16 +120,6 @@ def _mean(parameter: Callable[[str], Any]) -> str | None:
     if name not in DRIFTS:
         raise ScenarioError(f"parameter drift is {name!r}; it must be one of {', '.join(DRIFTS)}")
     return DRIFTS[name]
-
-
-def _current(parameter: Callable[[str], Any]) -> Current | None:
-    """The current; None where there is none."""
-    profile, speed = parameter("current_profile"), parameter("current_speed")
-    if profile and speed != 0.0:
-        raise ScenarioError(f"parameter current_speed is {speed} m/s beside a current_profile; give one of them")
-    if profile:
-        return record_from_json(Current, profile, "current_profile")
-    return uniform_current(speed, parameter("current_heading")) if speed != 0.0 else None
 
 
 def _database(parameter: Callable[[str], Any]) -> HydrodynamicDatabase | None:
@@ -178,7 +169,7 @@ def _transfer(parameter: Callable[[str], Any]) -> QuadraticTransfer | None:
 
 def mean_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
     """Drag of the current in calm water and mean drift, (6,) N, N·m, from the FMU's parameters."""
-    current, database = _current(parameter), _database(parameter)
+    current, database = current_of(parameter), _database(parameter)
     force = mean_current_force(_members(parameter), current=current, water_density=parameter("water_density"))
     table, mean = _transfer(parameter), _mean(parameter)
     if table is not None:
@@ -228,7 +219,7 @@ def _arma(parameter: Callable[[str], Any], state: SeaState, members: Members) ->
     ends = np.vstack([members.start, members.end])
     # With or without drift, so that one seed is one sea.
     reach = max(float(np.hypot(ends[:, 0], ends[:, 1]).max()) + OFFSET_ALLOWANCE, DRIFT_REACH)
-    current = _current(parameter)
+    current = current_of(parameter)
     if parameter("doppler") and current is not None:
         heading, depth, gravity = (parameter(key) for key in ("heading", "water_depth", "gravity"))
         reach *= max(1.0, delay_ratio(current, parameter("frequency_max"), heading, depth, gravity))
@@ -288,8 +279,7 @@ class TlpsimWave(Component):
         real_parameter("water_depth", "m", 450.0, "depth of the water"),
         real_parameter("water_density", "kg/m3", SEA_WATER_DENSITY, "density of the water"),
         real_parameter("gravity", "m/s2", STANDARD_GRAVITY, "acceleration of gravity"),
-        real_parameter("current_speed", "m/s", 0.0, "speed of a current that is uniform over the depth"),
-        real_parameter("current_heading", "rad", 0.0, "direction toward which the current flows"),
+        *CURRENT_PARAMETERS,
         integer_parameter("directions", 1, "number of long-crested seas that make up the sea; 1 is long-crested"),
         integer_parameter("components", 400, "number of components a direction, of the generator harmonic"),
         integer_parameter("orders.long", DEFAULT_ORDERS.long, "order of the long autoregression"),
@@ -327,12 +317,6 @@ class TlpsimWave(Component):
             "",
             "path of a quadratic transfer function (.h5), or of WAMIT's .10d, .11d or .12d with ULEN 1 m about the "
             "origin, for drift qtf; empty: none",
-        ),
-        text_parameter(
-            "current_profile",
-            "",
-            "JSON object of depth (m), speed (m/s), heading (rad) as lists, and exponent, water_depth (m), stretched, "
-            "instead of current_speed; empty: none",
         ),
         boolean_parameter("drift_damping", True, "wave drift damping by Aranha's formula, beside slow drift"),
         boolean_parameter("doppler", False, "the waves ride on the current"),

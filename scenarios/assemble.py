@@ -205,8 +205,7 @@ def _columns(rows: Sequence[BaseModel] | None) -> str:
 
 
 def _wave(scenario: Scenario) -> Parameters:
-    waves, site, current = scenario.waves, scenario.site, scenario.current
-    profile = _current_profile(scenario)
+    waves, site = scenario.waves, scenario.site
     return {
         "spectrum": waves.spectrum,
         "significant_height": waves.significant_height,
@@ -227,16 +226,24 @@ def _wave(scenario: Scenario) -> Parameters:
         "water_depth": site.water_depth,
         "water_density": site.water_density,
         "gravity": site.gravity,
-        "current_speed": 0.0 if profile else current.speed,
-        "current_heading": math.radians(current.heading_deg),
-        "current_profile": profile,
-        "doppler": current.doppler,
+        **_current(scenario),
+        "doppler": scenario.current.doppler,
         "drift": waves.drift,
         "quadratic_transfer": waves.quadratic_transfer or "",
         "drift_damping": waves.drift_damping,
         "splash": waves.splash,
         "stretching": waves.stretching,
         "hydrodynamics": _hydrodynamics(scenario),
+    }
+
+
+def _current(scenario: Scenario) -> Parameters:
+    """The current, for the wave and the platform FMU."""
+    profile = _current_profile(scenario)
+    return {
+        "current_speed": 0.0 if profile else scenario.current.speed,
+        "current_heading": math.radians(scenario.current.heading_deg),
+        "current_profile": profile,
     }
 
 
@@ -285,6 +292,7 @@ def _platform(scenario: Scenario) -> Parameters:
         "water_depth": site.water_depth,
         "hydrodynamics": _hydrodynamics(scenario),
         "radiation": scenario.platform.radiation,
+        **_current(scenario),
         "tendons": record_to_json(issc_tlp.tendons(site.water_depth, pretension)),
     }
 

@@ -25,7 +25,7 @@ from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy, turned_matrix
 from tlpsim.loads.platform.motion import PlatformModel, remaining, restoring_force, tangent_stiffness
 from tlpsim.loads.platform.state import PlatformState
-from tlpsim.loads.platform.tendons import tendon_energy
+from tlpsim.loads.platform.tendons import tendon_drag, tendon_energy
 
 LARGEST_INCREMENTS = 64
 ROUND_OFF = 1e-9
@@ -148,7 +148,7 @@ def require_upright(model: PlatformModel) -> None:
 def static_equilibrium(
     model: PlatformModel, force: ArrayLike | Callable[[float], ArrayLike], start: ArrayLike = (0.0,) * 6
 ) -> NDArray[np.float64]:
-    """Pose at rest under a constant load, or one that changes with yaw.
+    """Pose at rest under a constant load, or one that changes with yaw, and in the current of the model's tendons.
 
     The load goes on at once and, where Newton's method does not converge so, in 2, 4, ... 64 increments. A load that
     changes with yaw is taken at the yaw of the last pose, again and again until that stands still.
@@ -179,6 +179,8 @@ def static_equilibrium(
             f"{LARGEST_REPETITION} repetitions, as the load turns with it: check where the load acts"
         )
     load, origin = fixed_array(force, (6,), "static force"), _pose(start)
+    if model.flow is not None:
+        load = load + tendon_drag(model.tendons, np.zeros(6), np.zeros(6), model.body.water_density, model.flow)
     increments = 1
     while increments <= LARGEST_INCREMENTS:
         found: NDArray[np.float64] | None = origin

@@ -10,6 +10,8 @@ import math
 import numpy as np
 from numba import njit
 
+from tlpsim.loads.platform.tendons import POINTS, WEIGHTS
+
 LARGEST_ITERATION = 30
 NOT_FINITE, NOT_CONVERGED = -1, -2
 
@@ -60,8 +62,20 @@ def generalized_load(  # type: ignore[no-untyped-def]
             uz = velocity[2] + ox * ry - oy * rx
             along = ux * dx + uy * dy + uz * dz
             ux, uy, uz = ux - along * dx, uy - along * dy, uz - along * dz
-            drag = lines[i, 9] * math.sqrt(ux * ux + uy * uy + uz * uz)
-            tx, ty, tz = tx - drag * ux, ty - drag * uy, tz - drag * uz
+            if lines.shape[1] == 10:
+                drag = lines[i, 9] * math.sqrt(ux * ux + uy * uy + uz * uz)
+                tx, ty, tz = tx - drag * ux, ty - drag * uy, tz - drag * uz
+            else:
+                for g in range(len(POINTS)):
+                    share, flow_x, flow_y = POINTS[g], lines[i, 10 + 2 * g], lines[i, 11 + 2 * g]
+                    slope = flow_x * dx + flow_y * dy
+                    qx, qy, qz = (
+                        share * ux - flow_x + slope * dx,
+                        share * uy - flow_y + slope * dy,
+                        share * uz + slope * dz,
+                    )
+                    drag = 4.0 * lines[i, 9] * WEIGHTS[g] * share * math.sqrt(qx * qx + qy * qy + qz * qz)
+                    tx, ty, tz = tx - drag * qx, ty - drag * qy, tz - drag * qz
         fx, fy, fz = fx + tx, fy + ty, fz + tz
         mx, my, mz = mx + ry * tz - rz * ty, my + rz * tx - rx * tz, mz + rx * ty - ry * tx
     total[0], total[1], total[2] = fx, fy, fz

@@ -46,7 +46,9 @@ from tlpsim.loads.platform.integration import LARGEST_ITERATION, NOT_CONVERGED, 
 from tlpsim.loads.platform.memory import Memory, NoMemory
 from tlpsim.loads.platform.state import PlatformState, fit_history
 from tlpsim.loads.platform.tendons import (
+    POINTS,
     Tendons,
+    current_along_lines,
     drag_factors,
     effective_mass,
     line_lengths,
@@ -54,6 +56,7 @@ from tlpsim.loads.platform.tendons import (
     tendon_loads,
     without_lost,
 )
+from tlpsim.loads.waves.current import Current
 
 METHODS = {"central_difference": 0.0, "fox_goodwin": 1.0 / 12.0, "average_acceleration": 0.25}
 """beta of each integration method; gamma is 1/2 in all."""
@@ -73,6 +76,8 @@ class PlatformModel:
     free : (6,) bool, degrees of freedom that move; all by default. Held ones keep their position.
     method : a key of `METHODS`.
     memory : force of radiated waves; with it the body's added mass is that of infinite frequency.
+    current : in which the tendons stand; None for water at rest.
+    flow : (tendons, 6, 2) m/s, current at points of the tendons; None without one (derived).
     mass : (6, 6) mass matrix with added mass and the effective mass of the tendons (derived).
     stiffness : (6, 6) tangent stiffness at zero pose (derived).
     highest_frequency : rad/s, largest natural frequency of the free degrees of freedom (derived).
@@ -90,6 +95,8 @@ class PlatformModel:
     free: NDArray[np.bool_] = field(default_factory=lambda: np.ones(6, dtype=np.bool_))
     method: str = "fox_goodwin"
     memory: Memory = field(default_factory=NoMemory)
+    current: Current | None = None
+    flow: NDArray[np.float64] | None = field(init=False, repr=False)
     mass: NDArray[np.float64] = field(init=False, repr=False)
     stiffness: NDArray[np.float64] = field(init=False, repr=False)
     highest_frequency: float = field(init=False, repr=False)
@@ -120,6 +127,8 @@ class PlatformModel:
                 body.centre_of_buoyancy,
             )
         )
+        flow = None if self.current is None else current_along_lines(tendons, self.current)
+        object.__setattr__(self, "flow", flow)
         lines = np.column_stack(
             (
                 tendons.fairleads,
@@ -128,6 +137,7 @@ class PlatformModel:
                 tendons.unstretched_length,
                 0.5 * tendons.submerged_weight * line_lengths(tendons),
                 drag_factors(tendons, body.water_density),
+                np.zeros((len(tendons.pretension), 0)) if flow is None else flow.reshape(len(flow), 2 * len(POINTS)),
             )
         )
         line_masses = fixed_array(effective_mass(tendons, body.water_density), (-1, 6, 6), "tendon effective mass")
@@ -140,7 +150,7 @@ class PlatformModel:
         object.__setattr__(self, "highest_frequency", _highest_frequency(self.mass, stiffness, free))
         matrices = fixed_array([self.mass, damping, stiffness], (3, 6, 6), "system matrices")
         hydrostatics = fixed_array(hydrostatics, (12,), "hydrostatics")
-        lines = fixed_array(lines, (-1, 10), "tendon lines")
+        lines = fixed_array(lines, (-1, lines.shape[1]), "tendon lines")
         object.__setattr__(self, "arrays", (matrices, hydrostatics, lines, line_masses, free))
 
 
@@ -192,7 +202,7 @@ def _balance(
     model: PlatformModel, pose: NDArray[np.float64], velocity: NDArray[np.float64], load: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Force that is left for the acceleration, (6,) N, N·m: eq. (1) without memory and without M x''."""
-    drag = tendon_drag(model.tendons, pose, velocity, model.body.water_density)
+    drag = tendon_drag(model.tendons, pose, velocity, model.body.water_density, model.flow)
     damping = turned_matrix(model.linear_damping, pose[5]) @ velocity
     quadratic = inertia_force(model, pose, velocity, np.zeros(6))
     return generalized_force(load + drag, pose) - restoring_force(model, pose) - damping - quadratic

@@ -17,8 +17,9 @@ from tlpsim.loads.platform.equilibrium import (
     single_periods,
     static_equilibrium,
 )
-from tlpsim.loads.platform.motion import PlatformModel, restoring_force, tangent_stiffness
-from tlpsim.loads.platform.tendons import Tendons, tendon_loads
+from tlpsim.loads.platform.motion import PlatformModel, advance, initial_state, restoring_force, tangent_stiffness
+from tlpsim.loads.platform.tendons import Tendons, tendon_drag, tendon_loads
+from tlpsim.loads.waves.current import uniform_current
 
 MODEL = issc_tlp.platform()
 LENGTH = 415.0
@@ -220,3 +221,19 @@ def test_damping_ratios_need_a_stiffness() -> None:
     drifting = PlatformModel(body=replace(issc_tlp.body(), mass=54.5e6), tendons=no_tendons())
     with pytest.raises(ScenarioError, match=r"damping ratio in surge is 0\.1, but its stiffness is"):
         damping_from_ratios(drifting, [0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def test_equilibrium_in_a_current_on_the_tendons() -> None:
+    """Offset of the drag at the tops over the surge stiffness, and where a long simulation comes to rest."""
+    tendons = issc_tlp.tendons(tubes=issc_tlp.steel_tubes())
+    model = replace(issc_tlp.platform(), tendons=tendons, current=uniform_current(0.8, 0.0))
+    position = static_equilibrium(model, np.zeros(6))
+    drag = tendon_drag(tendons, np.zeros(6), np.zeros(6), model.body.water_density, model.flow)
+    assert drag[0] > 1e5
+    # The stiffness grows by a few parts in a thousand over this offset.
+    assert position[0] == pytest.approx(drag[0] / model.stiffness[0, 0], rel=5e-3)
+    damped = replace(model, linear_damping=damping_from_ratios(model, np.full(6, 0.7)))
+    state = initial_state(damped, np.zeros(6), np.zeros(6), np.zeros(6))
+    for _ in range(6000):
+        advance(damped, state, np.zeros(6), 0.1)
+    np.testing.assert_allclose(state.position[:2], position[:2], atol=2e-3 * position[0])

@@ -32,6 +32,7 @@ from tlpsim.loads.platform.motion import (
     set_intact,
 )
 from tlpsim.loads.platform.tendons import Tendons, tendon_drag, tendon_loads
+from tlpsim.loads.waves.current import uniform_current
 
 TLP = issc_tlp.platform()
 UNDAMPED = issc_tlp.platform(np.zeros(6))
@@ -188,7 +189,8 @@ def test_kernels_agree_with_the_array_forms(
 ) -> None:
     tubes = issc_tlp.steel_tubes() | {"submerged_weight": np.array([2000.0])}
     body = replace(TLP.body, centre_of_gravity=np.array([0.5, -0.3, 3.0]))
-    model = replace(TLP, body=body, tendons=issc_tlp.tendons(tubes=tubes))
+    current = uniform_current(0.7, 0.4) if flags % 3 == 0 else None
+    model = replace(TLP, body=body, tendons=issc_tlp.tendons(tubes=tubes), current=current)
     intact = (flags >> np.arange(12)) % 2 == 1
     pose = unit_pose * [40.0, 40.0, 3.0, 0.3, 0.3, 1.0]
     velocity = unit_rates * [2.0, 2.0, 0.2, 0.02, 0.02, 0.05]
@@ -203,7 +205,7 @@ def test_kernels_agree_with_the_array_forms(
     np.testing.assert_allclose(bottom[intact], bottom_tensions, rtol=1e-12, atol=1e-4)
     assert not tensions[~intact].any()
     assert not bottom[~intact].any()
-    drag = tendon_drag(left.tendons, pose, velocity, body.water_density)
+    drag = tendon_drag(left.tendons, pose, velocity, body.water_density, left.flow)
     expected = generalized_force(load + drag, pose) - restoring_force(left, pose)
     np.testing.assert_allclose(total, expected, rtol=0, atol=1e-11 * (1e9 + top_tensions.sum()))
     np.testing.assert_allclose(matrices[0] - line_masses[~intact].sum(axis=0), left.mass, rtol=1e-12, atol=1e-3)

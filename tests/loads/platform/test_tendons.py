@@ -14,6 +14,7 @@ from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import angular_velocity, generalized_force
 from tlpsim.loads.platform.tendons import (
     Tendons,
+    current_along_lines,
     effective_mass,
     submerged_weight,
     tendon_drag,
@@ -21,6 +22,7 @@ from tlpsim.loads.platform.tendons import (
     tendon_loads,
     without_lost,
 )
+from tlpsim.loads.waves.current import Current, current_velocity, uniform_current
 
 POSES = st.tuples(
     st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=2),
@@ -224,6 +226,45 @@ def test_drag_is_that_of_the_elements_of_the_line(pose: np.ndarray, rates: np.nd
     np.testing.assert_allclose(load[:3], carried, rtol=1e-5, atol=1e-9)  # the midpoint rule's 1/(400² 3)
     np.testing.assert_allclose(load[3:], np.cross(lever, load[:3]), rtol=1e-9, atol=1e-6)
     assert load[:3] @ speed <= 0.0
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0 / 7.0])
+def test_drag_in_a_current_is_that_of_the_elements_of_the_line(exponent: float) -> None:
+    """A line that leans, with a fairlead that moves faster than the current near the top and slower below."""
+    tendons = heavy()
+    current = Current(
+        depth=np.array([0.0, 450.0]),
+        speed=np.array([1.1, 0.3]),
+        heading=np.array([0.4, 1.2]),
+        exponent=exponent,
+        water_depth=450.0,
+    )
+    pose, velocity = np.array([25.0, -10.0, -1.0, 0.0, 0.0, 0.0]), np.array([0.9, 0.5, 0.1, 0.0, 0.0, 0.0])
+    flow = current_along_lines(tendons, current)
+    load = tendon_drag(tendons, pose, velocity, 1025.0, flow)
+    top, anchor = pose[:3] + np.array([10.0, -5.0, -20.0]), np.array([10.0, -5.0, -420.0])
+    along = (top - anchor) / np.linalg.norm(top - anchor)
+    share = (np.arange(4000) + 0.5) / 4000.0
+    water = current_velocity(current, -420.0 + 400.0 * share)
+    relative = share[:, None] * velocity[:3] - water
+    relative -= (relative @ along)[:, None] * along
+    elements = -0.5 * 1025.0 * 1.2 * np.linalg.norm(relative, axis=1)[:, None] * relative * 400.0 / 4000.0
+    carried = (share[:, None] * elements).sum(axis=0)
+    # Six points of Gauss for a polynomial but for the table's and the power's bends.
+    np.testing.assert_allclose(load[:3], carried, rtol=5e-3, atol=2e-3 * np.abs(carried).max())
+    np.testing.assert_allclose(load[3:], np.cross(top - pose[:3], load[:3]), rtol=1e-9, atol=1e-6)
+
+
+def test_half_of_the_drag_of_a_uniform_current_is_at_the_top() -> None:
+    tendons = heavy()
+    flow = current_along_lines(tendons, uniform_current(0.8, 0.3))
+    load = tendon_drag(tendons, np.zeros(6), np.zeros(6), 1025.0, flow)
+    whole = 0.5 * 1025.0 * 1.2 * 400.0 * 0.8**2
+    np.testing.assert_allclose(load[:3], 0.5 * whole * np.array([np.cos(0.3), np.sin(0.3), 0.0]), rtol=1e-12, atol=1e-9)
+    # Water at rest given as a current is eq. (7): Gauss's rule has it exactly.
+    velocity = np.array([0.5, 0.2, 0.0, 0.0, 0.0, 0.0])
+    still = tendon_drag(tendons, np.zeros(6), velocity, 1025.0, np.zeros_like(flow))
+    np.testing.assert_allclose(still, tendon_drag(tendons, np.zeros(6), velocity, 1025.0), rtol=1e-12, atol=1e-9)
 
 
 def test_the_remaining_tendons_are_as_they_were() -> None:
