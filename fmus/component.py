@@ -53,10 +53,13 @@ UNITS: dict[str, dict[str, int]] = {
     "kg/m3": {"kg": 1, "m": -3},
     "N": {"kg": 1, "m": 1, "s": -2},
     "N.m": {"kg": 1, "m": 2, "s": -2},
+    "N/s": {"kg": 1, "m": 1, "s": -3},
+    "N.m/s": {"kg": 1, "m": 2, "s": -3},
 }
 
 KINDS = {"Real": Real, "Integer": Integer, "Boolean": Boolean, "String": String}
-VARIABILITY = {"parameter": "fixed", "input": "continuous", "output": "continuous"}
+VARIABILITY = {"parameter": "fixed", "input": "continuous", "output": "continuous", "local": "continuous"}
+_COMPUTED = ("output", "local")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,14 +157,14 @@ class Component(Fmi2Slave):
             self.values[reference] = float(variable.start)
         else:
             self.settings[reference] = variable.start
-        output = variable.causality == "output"
+        computed = variable.causality in _COMPUTED
         self.register_variable(
             KINDS[variable.kind](
                 variable.name,
                 causality=Fmi2Causality[variable.causality],
                 variability=Fmi2Variability[VARIABILITY[variable.causality] if variable.kind == "Real" else "fixed"],
                 initial=Fmi2Initial.calculated
-                if output
+                if computed
                 else (Fmi2Initial.exact if variable.causality == "parameter" else None),
                 description=variable.description,
                 getter=lambda: None,
@@ -254,7 +257,7 @@ class Component(Fmi2Slave):
 
     def _refresh(self, vrs: Iterable[int] | None = None) -> None:
         """Bring the outputs up to date with inputs and parameters before the first step."""
-        if vrs is not None and not any(self.table[reference].causality == "output" for reference in vrs):
+        if vrs is not None and not any(self.table[reference].causality in _COMPUTED for reference in vrs):
             return
         if not self._prepared:
             self._prepare_and_log()

@@ -31,6 +31,7 @@ from tlpsim.fmus.component import (  # noqa: E402
     text_parameter,
 )
 from tlpsim.fmus.current import CURRENT_PARAMETERS, current_of  # noqa: E402
+from tlpsim.fmus.force_rate import RATE_STEP, Motion, force_rates  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
@@ -251,6 +252,7 @@ class TlpsimWave(Component):
         *six("position", "input", "position of the platform", ("m", "rad")),
         *six("velocity", "input", "velocity of the platform", ("m/s", "rad/s")),
         *six("force", "output", "sum of the parts", _FORCE, depends_on=_MOTION),
+        *force_rates(_MOTION),
         *six("diffraction", "output", "first-order wave force", _FORCE, depends_on=("position.*",)),
         *six("viscous", "output", "drag of waves and current", _FORCE, depends_on=_MOTION),
         *six("drift", "output", "slow drift of second order", _FORCE, depends_on=("position.*",)),
@@ -334,6 +336,8 @@ class TlpsimWave(Component):
         self.position = self.view("position.")
         self.velocity = self.view("velocity.")
         self.force = self.view("force.")
+        self.force_rate = self.view("force_rate.")
+        self.motion = Motion()
         self.diffraction = self.view("diffraction.")
         self.viscous = self.view("viscous.")
         self.drift = self.view("drift.")
@@ -342,6 +346,10 @@ class TlpsimWave(Component):
 
     def start(self, time: float) -> None:
         """Forces and elevation at `time`."""
+        self.motion.begin(self.velocity)
+        self._update(time)
+
+    def _update(self, time: float) -> None:
         forces = self.model.evaluate(time, self.position, self.velocity)
         self.diffraction[:] = forces.diffraction
         self.viscous[:] = forces.viscous
@@ -349,16 +357,20 @@ class TlpsimWave(Component):
         self.drift_damping[:] = forces.drift_damping
         self.force[:] = forces.total
         self.elevation[0] = forces.elevation
+        h = RATE_STEP
+        after = self.position + h * self.velocity, self.velocity + h * self.motion.acceleration
+        self.force_rate[:] = (self.model.evaluate(time + h, *after).total - self.force) / h
 
     def advance(self, time: float, step: float) -> None:
         """Forces and elevation at the end of the step."""
-        self.start(time + step)
+        self.motion.advance(self.velocity, step)
+        self._update(time + step)
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
-        """Windows of samples and noises of the filters, one process a direction."""
+        """Windows of samples and noises of the filters, one process a direction, and the motion."""
+        arrays: dict[str, NDArray[Any]] = dict(self.motion.snapshot())
         if not isinstance(self.model.sea, ArmaSea):
-            return {}
-        arrays = {}
+            return arrays
         for j, state in enumerate(self.model.sea.get_state()):
             arrays[f"index.{j}"] = np.array(state.index)
             arrays[f"samples.{j}"] = np.array(state.samples)
@@ -366,7 +378,8 @@ class TlpsimWave(Component):
         return arrays
 
     def restore(self, arrays: dict[str, NDArray[Any]]) -> None:
-        """Windows of samples and noises of the filters."""
+        """Windows of samples and noises of the filters, and the motion."""
+        self.motion.restore(arrays)
         if isinstance(self.model.sea, ArmaSea):
             count = sum(name.startswith("index.") for name in arrays)
             self.model.sea.set_state(

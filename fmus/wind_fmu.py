@@ -26,6 +26,7 @@ from tlpsim.fmus.component import (  # noqa: E402
     six,
     text_parameter,
 )
+from tlpsim.fmus.force_rate import RATE_STEP, Motion, force_rates  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.filters.arma import Orders  # noqa: E402
@@ -98,6 +99,7 @@ class TlpsimWind(Component):
         *six("velocity", "input", "velocity of the platform", ("m/s", "rad/s")),
         Variable(name="position.yaw", causality="input", unit="rad", description="yaw of the platform"),
         *six("force", "output", "wind force", ("N", "N.m"), depends_on=("velocity.*", "position.yaw")),
+        *force_rates(("velocity.*", "position.yaw")),
         Variable(
             name="wind_speed",
             causality="output",
@@ -149,23 +151,35 @@ class TlpsimWind(Component):
         self.velocity = self.view("velocity.")
         self.yaw = self.view("position.yaw")
         self.force = self.view("force.")
+        self.force_rate = self.view("force_rate.")
+        self.motion = Motion()
         self.wind_speed = self.view("wind_speed")
 
     def start(self, time: float) -> None:
         """Force and speed at `time`."""
+        self.motion.begin(self.velocity)
+        self._update(time)
+
+    def _update(self, time: float) -> None:
         self.force[:] = self.model.evaluate(time, self.velocity, self.yaw[0])
         self.wind_speed[0] = self.model.wind_speed(time)
+        h = RATE_STEP
+        after = self.velocity + h * self.motion.acceleration, self.yaw[0] + h * self.velocity[5]
+        self.force_rate[:] = (self.model.evaluate(time + h, *after) - self.force) / h
 
     def advance(self, time: float, step: float) -> None:
         """Force and speed at the end of the step."""
-        self.start(time + step)
+        self.motion.advance(self.velocity, step)
+        self._update(time + step)
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
-        """Recent samples and noises, and the index after them."""
+        """Recent samples and noises, and the index after them, and the motion."""
         state = self.model.get_state()
-        return {"index": np.array(state.index), "samples": state.samples.copy(), "noises": state.noises.copy()}
+        gusts = {"index": np.array(state.index), "samples": state.samples.copy(), "noises": state.noises.copy()}
+        return {**gusts, **self.motion.snapshot()}
 
     def restore(self, arrays: dict[str, NDArray[Any]]) -> None:
-        """Recent samples and noises, and the index after them."""
+        """Recent samples and noises, and the index after them, and the motion."""
+        self.motion.restore(arrays)
         index = int(arrays["index"])
         self.model.set_state(ProcessState(index=index, samples=arrays["samples"], noises=arrays["noises"]))

@@ -81,13 +81,19 @@ def order_of_ties(system: System, group: Sequence[int]) -> list[int]:
         for each in system.connections
         if each.source in names and each.target in names and each.source != each.target
     }
+    into: dict[int, set[int]] = {member: set() for member in declared}
+    out: dict[int, set[int]] = {member: set() for member in declared}
+    for start, end in edges:
+        into[end].add(start)
+        out[start].add(end)
     result: list[int] = []
-    left = list(declared)
+    left = dict.fromkeys(declared)
     while left:
-        inside = [edge for edge in edges if edge[0] in left and edge[1] in left]
-        surplus = {each: sum(a == each for a, _ in inside) - sum(b == each for _, b in inside) for each in left}
-        fed = {each: sum(b == each for _, b in inside) for each in left}
-        chosen = min(left, key=lambda each: (fed[each] > 0, -surplus[each], left.index(each)))
+        chosen = min(left, key=lambda each: (len(into[each]) > 0, len(into[each]) - len(out[each])))
         result.append(chosen)
-        left.remove(chosen)
+        del left[chosen]
+        for each in out[chosen]:
+            into[each].discard(chosen)
+        for each in into[chosen]:
+            out[each].discard(chosen)
     return result

@@ -31,7 +31,7 @@ from tlpsim.orchestrator.system import (
     Connection,
     System,
     bound_outputs,
-    conversion,
+    conversions,
     groups,
     used_derivatives,
 )
@@ -87,19 +87,20 @@ def plan_links(system: System) -> list[LinkPlan]:
     """Sort the connections of a system into links, in the order of their first connections."""
     index = {component.name: number for number, component in enumerate(system.components)}
     group_of = {member: number for number, group in enumerate(groups(system)) for member in group}
-    outputs = bound_outputs(system)
-    collected: dict[tuple[Any, ...], list[tuple[Connection, tuple[str, ...]]]] = {}
-    for each, (between, beyond) in zip(system.connections, used_derivatives(system), strict=True):
+    places = [{name: place for place, name in enumerate(names)} for names in bound_outputs(system)]
+    collected: dict[tuple[Any, ...], list[tuple[Connection, tuple[str, ...], tuple[float, float]]]] = {}
+    scales = conversions(system, system.connections)
+    for each, (between, beyond), scale in zip(system.connections, used_derivatives(system), scales, strict=True):
         key = (each.source, each.target, each.filter, each.extrapolation, len(between), len(beyond))
-        collected.setdefault(key, []).append((each, max(between, beyond, key=len)))
+        collected.setdefault(key, []).append((each, max(between, beyond, key=len), scale))
     plans = []
     for key, members in collected.items():
         first = members[0][0]
         source, target = index[first.source], index[first.target]
         in_loop = group_of[source] == group_of[target]
         interpolated, extrapolated = 1 + key[4], 1 + key[5]
-        names = [(each.source_variable, *derivatives) for each, derivatives in members]
-        columns = np.array([[outputs[source].index(name) for name in row] for row in names], dtype=np.intp).T
+        names = [(each.source_variable, *derivatives) for each, derivatives, _ in members]
+        columns = np.array([[places[source][name] for name in row] for row in names], dtype=np.intp).T
         chosen = _filter(system, first, in_loop, interpolated - 1)
         plans.append(
             LinkPlan(
@@ -112,8 +113,8 @@ def plan_links(system: System) -> list[LinkPlan]:
                 columns=np.ascontiguousarray(columns),
                 interpolated=interpolated,
                 extrapolated=extrapolated,
-                scales=np.array([conversion(system, each) for each, _ in members]),
-                inputs=tuple(each.target_variable for each, _ in members),
+                scales=np.array([scale for _, _, scale in members]),
+                inputs=tuple(each.target_variable for each, _, _ in members),
             )
         )
     return plans

@@ -192,11 +192,13 @@ def read_description(path: str | Path) -> FmuDescription:
         If the file is missing, is not a zip file or a damaged one, has no modelDescription.xml, is not of FMI 2.0 or
         3.0, or its model description is malformed.
     """
-    resolved = Path(path).expanduser().resolve()
     try:
+        resolved = Path(path).expanduser().resolve()
         stat = resolved.stat()
     except OSError as error:
         raise FmuError(f"{path}: the FMU cannot be opened: {error.strerror}") from error
+    except (ValueError, RuntimeError) as error:  # a zero in it, or the home of nobody
+        raise FmuError(f"{path}: the FMU cannot be opened: {error}; give the path of a file") from error
     key = (resolved, stat.st_mtime_ns, stat.st_size)
     if key not in _descriptions:
         try:

@@ -46,7 +46,6 @@ _FIRST_BUDGET, _LARGEST_BUDGET = 64, 1 << 22  # steps that the compiled loop mak
 _MOST_PIECES = 1024  # of a step that was discarded
 _MOST_NAMED = 6  # inputs in an error message
 _FUNCTIONS = {kernel.SETTING: "setting inputs", kernel.STEPPING: "doStep", kernel.GETTING: "getting outputs"}
-_DISCARD = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -335,9 +334,9 @@ class Master:
                 "allowed"
             )
         error = instance.native_failure(_FUNCTIONS[phase], time, size, status, self.layout.last_successful_time)
-        if status != _DISCARD or phase != kernel.STEPPING:
+        if not isinstance(error, DiscardError):
             raise type(error)(f"{error}{self._inputs_of(unit)}")
-        self._retry(unit, DiscardError(str(error)))
+        self._retry(unit, error)
         instance.get_outputs(self.layout.row(unit, int(self.layout.units[unit, kernel.NEWEST]) + 1))
         control[kernel.PENDING] = unit
 

@@ -6,7 +6,7 @@ each call would cost more than the rest of the master.
 
 import ctypes
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
@@ -67,8 +67,8 @@ class FmiInstance(Instance):
             )
         self._member = library_member(self.description, self.kind)
         order = self.description.kinds[self.kind].max_output_derivative_order if self.kind == CO_SIMULATION else 0
-        self._derivatives = output_derivatives(self.description.variables, self.description.places, order)
-        own = {name: each.variable for name, each in self._derivatives.items()}
+        self._output_derivatives = output_derivatives(self.description.variables, self.description.places, order)
+        own = {name: each.variable for name, each in self._output_derivatives.items()}
         self.variables = {**self.description.variables, **own}
         self.arrays = self.description.arrays
         self.units = self.description.units
@@ -102,14 +102,18 @@ class FmiInstance(Instance):
         if status == FATAL:
             self._abandon()
         if status == DISCARD:
-            cause += self._discard_note()
+            cause += "; it asks for the end of the simulation" if self._is_ended() else ""
         else:
             self._running = False
         return error(f"{self.name}: {function} at t = {self._log.time:.9g} s {cause}")
 
-    def _discard_note(self) -> str:
-        """What else the FMU has to say about a discarded step."""
-        return ""
+    def _is_ended(self) -> bool:
+        """Whether the FMU discarded a step because the simulation is to end."""
+        return False
+
+    def _step_error(self, status: int) -> type[StepError]:
+        """DiscardError only where the step can go on from where it was discarded."""
+        return DiscardError if status == DISCARD and not self._is_ended() else StepError
 
     def _check(self, status: int, function: str, error: type[TlpsimError]) -> None:
         if status == WARNING:
@@ -119,8 +123,7 @@ class FmiInstance(Instance):
 
     def _check_step(self, status: int, size: float) -> None:
         """Act on a status of the step function."""
-        error = DiscardError if status == DISCARD else StepError
-        self._check(status, f"fmi{self.version}DoStep of {size:.9g} s", error)
+        self._check(status, f"fmi{self.version}DoStep of {size:.9g} s", self._step_error(status))
 
     def native_failure(
         self, function: str, time: float, size: float, status: int, last_time: float = math.nan
@@ -130,7 +133,7 @@ class FmiInstance(Instance):
         names = {"setting inputs": f"Set{kind}", "doStep": f"DoStep of {size:.9g} s", "getting outputs": f"Get{kind}"}
         named = f"fmi{self.version}{names[function]}" if function in names else function
         self._log.time = time
-        error = self._failure(status, named, StepError)
+        error = self._failure(status, named, self._step_error(status) if function == "doStep" else StepError)
         assert isinstance(error, StepError)
         return error
 
@@ -256,10 +259,11 @@ class FmiInstance(Instance):
         self._inputs = self._blocks("Set", inputs)
         self._outputs = [*self._blocks("Get", outputs), *self._derivative_blocks(outputs)]
 
-    def _blocks(self, verb: str, names: Sequence[str]) -> list[ValueBlock]:
+    def _blocks(self, verb: str, names: Sequence[str], continuous: bool | None = None) -> list[ValueBlock]:
+        """Make the blocks of some variables: of all of them, of the continuous ones, or of those that are not."""
         places = self.description.places
         for name in names:
-            if name in self._derivatives and verb == "Get":
+            if name in self._output_derivatives and verb == "Get":
                 continue
             if name not in places or places[name].type not in self._numbers:
                 raise WiringError(f"{self.name}: '{name}' is not a numerical variable, and cannot be bound")
@@ -268,7 +272,9 @@ class FmiInstance(Instance):
             bound = [
                 position
                 for position, name in enumerate(names)
-                if name not in self._derivatives and places[name].type == kind
+                if name not in self._output_derivatives
+                and places[name].type == kind
+                and continuous in (None, self.variables[name].variability == "continuous")
             ]
             if not bound:
                 continue
@@ -287,11 +293,11 @@ class FmiInstance(Instance):
         return blocks
 
     def _derivative_blocks(self, names: Sequence[str]) -> list[DerivativeBlock]:
-        bound = [position for position, name in enumerate(names) if name in self._derivatives]
+        bound = [position for position, name in enumerate(names) if name in self._output_derivatives]
         if not bound:
             return []
         name = "fmi2GetRealOutputDerivatives" if self.version == 2 else "fmi3GetOutputDerivatives"
-        chosen = [self._derivatives[names[position]] for position in bound]
+        chosen = [self._output_derivatives[names[position]] for position in bound]
         block = DerivativeBlock(self._function(name), name, chosen, bound, lambda: self._stepped)
         block.arguments = (
             self._component,
@@ -305,7 +311,11 @@ class FmiInstance(Instance):
 
     def set_inputs(self, values: FloatArray) -> None:
         """Set the bound inputs; see `Instance`."""
-        for block in self._inputs:
+        self._pass(self._inputs, values)
+
+    def _pass(self, blocks: Iterable[ValueBlock], values: FloatArray) -> None:
+        """Set the inputs of some blocks, from the values of all bound inputs."""
+        for block in blocks:
             block.take(values, self.name)
             status = block.function(*block.arguments)
             if status:

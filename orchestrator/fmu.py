@@ -99,9 +99,8 @@ class FmuInstance(FmiInstance):
             self._check_step(status, size)
         self._stepped = True
 
-    def _discard_note(self) -> str:
-        terminated = self._asked("Boolean", _TERMINATED, ctypes.c_int)
-        return "; it asks for the end of the simulation" if terminated else ""
+    def _is_ended(self) -> bool:
+        return bool(self._asked("Boolean", _TERMINATED, ctypes.c_int))
 
     def last_successful_time(self) -> float | None:
         """Time up to which a discarded step was computed; see `Instance`."""

@@ -112,7 +112,7 @@ def algebraic_loops(system: System) -> list[tuple[str, ...]]:
         name, output = source
         fed = inputs.get(name, [])
         direct = by_name[name].instance.variables[output].depends_on
-        for variable in fed if direct is None else [each for each in fed if each in direct]:
+        for variable in fed if direct is None else [each for each in direct if (name, each) in number]:
             successors[number[name, variable]].append(number[source])
     names = [f"{name}.{variable}" for name, variable in number]
     cycles = sorted(shortest_cycle(successors, nodes) for nodes in strong_components(successors))

@@ -197,6 +197,8 @@ class Instance(ABC):
     ) -> StepError:
         """The error for a status that the compiled loop got from one of the addresses.
 
+        A DiscardError where the step can go on in smaller ones.
+
         Parameters
         ----------
         function

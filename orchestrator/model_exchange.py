@@ -24,6 +24,7 @@ from tlpsim.orchestrator.fmi3 import Fmi3Instance
 from tlpsim.orchestrator.fmu import FmuInstance
 from tlpsim.orchestrator.instance import NativeCalls
 from tlpsim.orchestrator.ode import OdeStep, SolverOptions, first_time, ode_steps
+from tlpsim.orchestrator.value_block import ValueBlock
 
 FloatArray = NDArray[np.float64]
 
@@ -100,6 +101,8 @@ class ModelExchange(FmiInstance):
         self._given_inputs: FloatArray | None = None
         self._last_inputs: FloatArray | None = None
         self._continuous = np.zeros(0, dtype=np.bool_)
+        self._smooth: list[ValueBlock] = []  # of the continuous inputs
+        self._jumping: list[ValueBlock] = []  # of the others
         self._span = (0.0, 1.0)  # of the step in which inputs change linearly: its start and size, s
         self._ramps = False
         self._completes = not self._capabilities["completedIntegratorStepNotNeeded"]
@@ -126,8 +129,8 @@ class ModelExchange(FmiInstance):
             part = min(1.0, (time - start) / size)
             values = self._given_inputs
             if part < 1.0:
-                values = np.where(self._continuous, self._last_inputs + part * (values - self._last_inputs), values)
-            super().set_inputs(values)
+                values = self._last_inputs + part * (values - self._last_inputs)
+            self._pass(self._smooth, values)
         if not states.size:
             return True
         self._states_now[:] = states
@@ -194,6 +197,9 @@ class ModelExchange(FmiInstance):
         """Allocate buffers; see `Instance`."""
         super().bind(inputs, outputs)
         self._continuous = np.array([self.variables[name].variability == "continuous" for name in inputs], dtype=bool)
+        self._smooth = self._blocks("Set", inputs, continuous=True)
+        self._jumping = self._blocks("Set", inputs, continuous=False)
+        self._inputs = [*self._smooth, *self._jumping]
 
     def exit_initialization(self) -> None:
         """Leave the initialization mode, handle what happens at the start, and enter the continuous-time mode."""
@@ -203,20 +209,19 @@ class ModelExchange(FmiInstance):
         self._settle_discrete_states()
 
     def set_inputs(self, values: FloatArray) -> None:
-        """Set the bound inputs; discrete ones that change are an event. See `Instance`."""
+        """Set the bound inputs; discrete ones that change are an event, and are only set then. See `Instance`."""
         before = self._given_inputs
         self._given_inputs = values.copy()
         if not self._running:
             super().set_inputs(values)
             self._last_inputs = self._given_inputs
             return
-        discrete = ~self._continuous
-        if not discrete.any() or (before is not None and (before == values)[discrete].all()):
-            super().set_inputs(values)
-            return
-        self._call(StepError, f"fmi{self.version}EnterEventMode")
-        super().set_inputs(values)
-        self._settle_discrete_states()
+        if self._jumping and (before is None or (before != values)[~self._continuous].any()):
+            self._call(StepError, f"fmi{self.version}EnterEventMode")
+            # continuous ones only jump where they are held
+            self._pass(self._jumping if self._options.inputs == "linear" else self._inputs, values)
+            self._settle_discrete_states()
+        self._pass(self._smooth, values)
 
     def step(self, time: float, size: float) -> None:
         """Solve the differential equations over a step, with its events; see `Instance`.

@@ -91,7 +91,7 @@ class DerivativeBlock:
         bound: Sequence[int],
         known: Callable[[], bool],
     ) -> None:
-        self._function = function
+        self.function: Callable[..., int] = lambda *arguments: function(*arguments) if known() else 0
         self.name = name
         self.arguments: tuple[Any, ...] = ()
         first: dict[tuple[int, int], int] = {}  # by reference and order: where the values begin, an array whole
@@ -105,11 +105,6 @@ class DerivativeBlock:
         self.values = np.zeros(count)
         self._places = np.array([first[each.place.reference, each.order] + each.place.position for each in chosen])
         self._bound = np.array(bound, dtype=np.int64)
-        self._known = known
-
-    def function(self, *arguments: Any) -> int:
-        """Call the function, once a step has been made."""
-        return self._function(*arguments) if self._known() else 0
 
     def give(self, into: FloatArray) -> None:
         """Copy the derivatives to their places among all bound outputs."""

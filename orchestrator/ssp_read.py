@@ -66,13 +66,20 @@ class _Reader:
 
     def file_of(self, uri: str, where: str) -> Path:
         """Path of the file that a URI relative to the description names."""
-        parts = urlsplit(uri)
+        try:
+            parts = urlsplit(uri)
+        except ValueError as error:
+            raise SspError(f"{where}: the source '{uri}' is no URI: {error}; give the path of a file") from None
         if parts.scheme not in ("", "file") or parts.netloc or parts.fragment or not parts.path:
             raise SspError(f"{where}: the source '{uri}' is not a file relative to the description; give its path")
-        path = (self.folder / unquote(parts.path)).resolve()
+        try:
+            path = (self.folder / unquote(parts.path)).resolve()
+            found = path.is_file()
+        except (OSError, ValueError) as error:
+            raise SspError(f"{where}: the source '{uri}' is no path: {error}; give that of a file") from None
         if self.enclosed and not path.is_relative_to(self.folder):
             raise SspError(f"{where}: the source '{uri}' leads out of the package; put the file into resources/")
-        if not path.is_file():
+        if not found:
             raise SspError(f"{where}: there is no file '{uri}'; the folder is {self.folder}")
         return path
 

@@ -273,8 +273,13 @@ def conversion(system: System, connection: Connection) -> tuple[float, float]:
     WiringError
         If the units at the two ends are of different dimensions, or differ and are not defined.
     """
-    by_name = {component.name: component for component in system.components}
-    return _conversion(connection, by_name[connection.source].instance, by_name[connection.target].instance)
+    return conversions(system, [connection])[0]
+
+
+def conversions(system: System, connections: Sequence[Connection]) -> list[tuple[float, float]]:
+    """Return gain and offset of connections of scalars; see `conversion`."""
+    instances = {component.name: component.instance for component in system.components}
+    return [_conversion(each, instances[each.source], instances[each.target]) for each in connections]
 
 
 def _check_look_ahead(system: System) -> None:
@@ -389,11 +394,18 @@ def loops(system: System) -> list[set[str]]:
 
 def declared_derivatives(instance: Instance, name: str) -> tuple[str, ...]:
     """Return the names of a variable's declared time derivatives: none, the first, or first and second."""
-    by_state = {
+    return _derivatives_of(name, _derivatives_by_state(instance))
+
+
+def _derivatives_by_state(instance: Instance) -> dict[str, str]:
+    return {
         variable.derivative_of: variable.name
         for variable in instance.variables.values()
         if variable.derivative_of is not None and variable.type == "Real" and variable.causality in ("output", "local")
     }
+
+
+def _derivatives_of(name: str, by_state: Mapping[str, str]) -> tuple[str, ...]:
     first = by_state.get(name)
     if first is None:
         return ()
@@ -409,10 +421,11 @@ def used_derivatives(system: System) -> list[tuple[tuple[str, ...], tuple[str, .
     """
     by_name = {component.name: component for component in system.components}
     group_of = {system.components[index].name: number for number, group in enumerate(groups(system)) for index in group}
+    by_state = {name: _derivatives_by_state(component.instance) for name, component in by_name.items()}
     result = []
     for connection in system.connections:
         source, target = by_name[connection.source], by_name[connection.target]
-        found = declared_derivatives(source.instance, connection.source_variable)
+        found = _derivatives_of(connection.source_variable, by_state[connection.source])
         wanted = {"cubic": 1, "quintic": 2}.get(connection.filter, 0)
         offset = {"end": target.step, "middle": target.step // 2}.get(target.inputs_at, 0)
         on_samples = target.step % source.step == 0 and offset % source.step == 0
@@ -431,6 +444,9 @@ def bound_outputs(system: System) -> list[tuple[str, ...]]:
     """
     result: list[tuple[str, ...]] = []
     used = used_derivatives(system)
+    outgoing: dict[str, list[int]] = {component.name: [] for component in system.components}
+    for k, connection in enumerate(system.connections):
+        outgoing[connection.source].append(k)
     for component in system.components:
         names = component.outputs
         if names is None:
@@ -440,9 +456,8 @@ def bound_outputs(system: System) -> list[tuple[str, ...]]:
                 if variable.causality == "output" and variable.type == "Real"
             )
         chosen = dict.fromkeys(names)
-        outgoing = [k for k, item in enumerate(system.connections) if item.source == component.name]
-        chosen.update(dict.fromkeys(system.connections[k].source_variable for k in outgoing))
-        for k in outgoing:
+        chosen.update(dict.fromkeys(system.connections[k].source_variable for k in outgoing[component.name]))
+        for k in outgoing[component.name]:
             chosen.update(dict.fromkeys((*used[k][0], *used[k][1])))
         result.append(tuple(chosen))
     return result

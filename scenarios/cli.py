@@ -1,4 +1,4 @@
-"""The command `tlpsim`: build, run, check, export, info, figures, bem.
+"""The command `tlpsim`: build, run, check, swap, export, info, figures, bem.
 
 Heavy imports stand inside the commands, so that `tlpsim --help` answers at once.
 """
@@ -18,6 +18,8 @@ import typer
 from tlpsim.loads.errors import ScenarioError, TlpsimError
 
 if TYPE_CHECKING:
+    from tlpsim.orchestrator.coupling_report import CouplingMeter
+    from tlpsim.orchestrator.system import System
     from tlpsim.scenarios.schema import Scenario
 
 app = typer.Typer(
@@ -83,25 +85,32 @@ def run(
     start: Annotated[
         str | None, typer.Option("--start", metavar="S", help="Start time in s (not for scenarios).")
     ] = None,
+    coupling: Annotated[
+        bool, typer.Option("--coupling", help="Measure the errors of interpolation and extrapolation.")
+    ] = False,
 ) -> None:
     """Run a scenario and print the response by degree of freedom, or run any system and print its outputs."""
     if Path(files[0]).suffix != ".toml":
         if monolithic or seed is not None or duration is not None:
             raise ScenarioError("--monolithic, --seed and --duration are for scenarios: use --stop, --step and --set")
-        _run_generic(files, output, connect or [], step or [], settings or [], stop, start)
+        _run_generic(files, output, connect or [], step or [], settings or [], stop, start, coupling)
         return
     if len(files) > 1 or connect or step or stop or start:
         raise ScenarioError(
             "--connect, --step, --start and --stop are not for scenarios, which stand alone: use --duration and --set"
         )
+    if coupling and monolithic:
+        raise ScenarioError("--coupling measures connections, and a monolithic run has none: leave one of the two out")
     from tlpsim.scenarios.console import print_summary, progress_bar
     from tlpsim.scenarios.run import run_scenario
 
     chosen = _load(Path(files[0]), duration, seed, settings)
     told = f"interrupted; the samples so far are in {output}.part"
+    meters = _meters(coupling)
     with _interruptible(told), progress_bar(chosen.simulation.duration) as progress:
-        results = run_scenario(chosen, output, observers=[progress], monolithic=monolithic)
+        results = run_scenario(chosen, output, observers=[progress, *meters], monolithic=monolithic)
     print_summary(results)
+    _print_measures(meters)
     typer.echo(f"results: {output}{' (monolithic)' if monolithic else ''}")
 
 
@@ -113,6 +122,7 @@ def _run_generic(
     settings: list[str],
     stop: str | None,
     start: str | None,
+    coupling: bool,
 ) -> None:
     from tlpsim.orchestrator.system import check as check_system
     from tlpsim.scenarios.console import print_summary, progress_bar
@@ -125,9 +135,27 @@ def _run_generic(
             typer.echo(f"note: {note}")
         told = f"interrupted; the samples so far are in {output}.part"
         with _interruptible(told), progress_bar(experiment(description, end, begin)[1]) as progress:
-            results = run_system(description, output, end, begin, observers=[progress])
+            meters = _meters(coupling)
+            results = run_system(description, output, end, begin, observers=[progress, *meters])
     print_summary(results)
+    _print_measures(meters)
     typer.echo(f"results: {output}")
+
+
+def _meters(wanted: bool) -> list[CouplingMeter]:
+    """The observer of `--coupling`, where it is wanted."""
+    if not wanted:
+        return []
+    from tlpsim.orchestrator.coupling_report import CouplingMeter
+
+    return [CouplingMeter()]
+
+
+def _print_measures(meters: list[CouplingMeter]) -> None:
+    if meters:
+        from tlpsim.scenarios.coupling import print_measures
+
+        print_measures(meters[0].measures())
 
 
 @app.command()
@@ -145,16 +173,84 @@ def export(
 
 
 @app.command()
-def check(scenario: ScenarioFile, duration: Duration = None, seed: Seed = None, settings: Settings = None) -> None:
-    """Check a scenario, its FMUs, their parameters and wiring: all but the run itself."""
+def check(
+    file: Annotated[Path, typer.Argument(metavar="SYSTEM", help="Scenario (.toml) or system description (.ssp, .ssd).")],
+    duration: Duration = None,
+    seed: Seed = None,
+    settings: Settings = None,
+    coupling: Annotated[
+        bool, typer.Option("--coupling", help="Errors of filters and extrapolations of each connection, too.")
+    ] = False,
+    band: Annotated[
+        float, typer.Option("--band", metavar="B", help="End of their band, cycles a sample of the slower component.")
+    ] = 0.1,
+) -> None:
+    """Check a system, its FMUs, their parameters and wiring: all but the run itself."""
     from tlpsim.orchestrator.execution import Master
-    from tlpsim.scenarios.assemble import assembled
     from tlpsim.scenarios.console import print_system
 
-    chosen = _load(scenario, duration, seed, settings)
-    with assembled(chosen) as assembly:
-        Master(assembly.system).initialize()
-        print_system(chosen, assembly)
+    with _checked(file, duration, seed, settings) as (title, system, notes, origins, start):
+        Master(system).initialize(start)
+        print_system(title, system, notes, origins)
+        if coupling:
+            from tlpsim.orchestrator.coupling_report import coupling_report
+            from tlpsim.scenarios.coupling import print_coupling
+
+            print_coupling(coupling_report(system, band), band)
+    typer.echo(f"The {'scenario' if file.suffix == '.toml' else 'system'} is valid; its FMUs load, initialize and fit.")
+
+
+@app.command()
+def swap(
+    scenario: ScenarioFile,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Component to replace: wind, wave or platform.")],
+    fmu: Annotated[Path, typer.Argument(metavar="VENDOR.FMU", help="What is to take its place.")],
+    write: Annotated[
+        Path | None, typer.Option("--write", metavar="FILE.toml", help="Write a scenario with the FMU in place.")
+    ] = None,
+    settings: Settings = None,
+) -> None:
+    """Check whether an FMU can take a component's place, and draft the lines of a scenario for it.
+
+    The exit code is 0 if it fits, and 1 if not.
+    """
+    from tlpsim.scenarios.swap import print_swap, write_scenario
+    from tlpsim.scenarios.swap import swap as compare
+
+    found = compare(_load(scenario, None, None, settings), name, fmu)
+    print_swap(found)
+    if write is not None:
+        write_scenario(found, scenario, write)
+        typer.echo(f"scenario: {write}")
+    if found.faults:
+        raise typer.Exit(1)
+
+
+@contextmanager
+def _checked(
+    file: Path, duration: str | None = None, seed: int | None = None, settings: list[str] | None = None
+) -> Iterator[tuple[str, System, tuple[str, ...], dict[str, str], int]]:
+    """Title, system, notes, origins of the components and start time (ns) of a scenario or a system description."""
+    if file.suffix == ".toml":
+        from tlpsim.scenarios.assemble import assembled
+
+        chosen = _load(file, duration, seed, settings)
+        with assembled(chosen) as assembly:
+            origins = {name: entry.fmu for name, entry in chosen.components.items()}
+            yield chosen.title, assembly.system, assembly.notes, origins, 0
+        return
+    if seed is not None or duration is not None:
+        raise ScenarioError("--seed and --duration are for scenarios: use --set")
+    from tlpsim.orchestrator.clock import to_ticks
+    from tlpsim.orchestrator.system import check as check_system
+    from tlpsim.scenarios.generic import opened
+
+    with opened([str(file)], settings=settings or []) as description:
+        system = description.system
+        parts = {each.name: each.instance.describe() for each in system.components}
+        origins = {name: Path(part.get("fmu") or part.get("table", "")).name for name, part in parts.items()}
+        start = to_ticks(description.start or 0.0, "start time")
+        yield description.name, system, (*description.notes, *check_system(system)), origins, start
 
 
 @app.command()
@@ -229,11 +325,17 @@ def bem(
 
 @app.command()
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, or an .h5: results, database or QTF.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="An .fmu, an .ssp or .ssd, or an .h5: results, database or QTF.")
+    ],
 ) -> None:
-    """Print what an FMU, a results file, a hydrodynamic database or a quadratic transfer function holds."""
-    from tlpsim.scenarios.console import print_fmu, print_results
+    """Print what an FMU, a system, a results file, a hydrodynamic database or a quadratic transfer function holds."""
+    from tlpsim.scenarios.console import print_fmu, print_results, print_system
 
+    if file.suffix in (".ssp", ".ssd"):
+        with _checked(file) as (title, system, notes, origins, _):
+            print_system(title, system, notes, origins)
+        return
     if file.suffix == ".fmu":
         from tlpsim.orchestrator.description import read_description
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -16,13 +16,11 @@ from rich.table import Table
 
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
 from tlpsim.orchestrator.observers import Observer
+from tlpsim.orchestrator.system import System, loops
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.description import FmuDescription
-    from tlpsim.orchestrator.system import System
-    from tlpsim.scenarios.assemble import Assembly
     from tlpsim.scenarios.results import Results
-    from tlpsim.scenarios.schema import Scenario
 
 REFRESH = 0.1  # s of wall time between two drawings of the progress bar
 
@@ -115,17 +113,18 @@ def _print_statistics(results: Results) -> None:
     output.print(table)
 
 
-def print_system(scenario: Scenario, assembly: Assembly) -> None:
-    """Components with their steps, connections with their filters, loops and notes."""
-    components = Table(title=f"{scenario.title}: components")
+def print_system(title: str, system: System, notes: Sequence[str], origins: Mapping[str, str]) -> None:
+    """Components with their origins by name and steps, connections with their filters, loops and notes."""
+    cycles = loops(system)
+    components = Table(title=f"{title}: components")
     for heading in ("component", "FMU", "step (s)", "inputs", "outputs", "in a loop with"):
         components.add_column(heading)
-    for component in assembly.system.components:
+    for component in system.components:
         variables = component.instance.variables.values()
-        partners = {name for loop in assembly.loops if component.name in loop for name in loop} - {component.name}
+        partners = {name for loop in cycles if component.name in loop for name in loop} - {component.name}
         components.add_row(
             component.name,
-            scenario.components[component.name].fmu,
+            origins[component.name],
             f"{to_seconds(component.step):g}",
             str(sum(variable.causality == "input" for variable in variables)),
             str(sum(variable.causality == "output" for variable in variables)),
@@ -135,7 +134,7 @@ def print_system(scenario: Scenario, assembly: Assembly) -> None:
     connections = Table(title="connections")
     for heading in ("from", "to", "filter", "extrapolation"):
         connections.add_column(heading)
-    for connection in assembly.system.connections:
+    for connection in system.connections:
         connections.add_row(
             f"{connection.source}.{connection.source_variable}",
             f"{connection.target}.{connection.target_variable}",
@@ -143,9 +142,8 @@ def print_system(scenario: Scenario, assembly: Assembly) -> None:
             connection.extrapolation,
         )
     output.print(connections)
-    for note in assembly.notes:
+    for note in notes:
         output.print(f"note: {note}")
-    output.print("The scenario is valid; its FMUs load, initialize and fit together.")
 
 
 def print_fmu(description: FmuDescription) -> None:

@@ -27,7 +27,8 @@ from tlpsim.orchestrator.table import TABLE_ENDING, TableInstance
 from tlpsim.scenarios.quantities import TIME
 from tlpsim.scenarios.reading import parse_override
 from tlpsim.scenarios.recording import Recording
-from tlpsim.scenarios.results import Results, ResultsWriter, open_results
+from tlpsim.scenarios.results import Results, open_results
+from tlpsim.scenarios.results_writer import ResultsWriter
 from tlpsim.scenarios.schema import Scenario
 
 DESCRIPTIONS = (".ssp", ".ssd")

@@ -40,7 +40,7 @@ from tlpsim.scenarios.assemble import (
     wind_loads,
 )
 from tlpsim.scenarios.reading import expand
-from tlpsim.scenarios.results import ResultsWriter
+from tlpsim.scenarios.results_writer import ResultsWriter
 from tlpsim.scenarios.schema import STANDARD_CONNECTIONS, Scenario
 from tlpsim.scenarios.sections import BUILTIN
 

@@ -10,7 +10,8 @@ from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.scenarios.assemble import assembled
-from tlpsim.scenarios.results import Results, ResultsWriter, open_results
+from tlpsim.scenarios.results import Results, open_results
+from tlpsim.scenarios.results_writer import ResultsWriter
 from tlpsim.scenarios.schema import Scenario
 
 

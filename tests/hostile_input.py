@@ -20,6 +20,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 from xml.etree import ElementTree
 
 sys.path.insert(0, str(Path(__file__).parent / "orchestrator"))
@@ -159,7 +160,7 @@ def damaged_zip(members: dict[str, bytes], chance: random.Random) -> bytes:
 
 
 def damaged_toml(text: str, chance: random.Random) -> str:
-    """Scenario with one to three lines that are missing, doubled, in the wrong table, or have a hostile value."""
+    """Scenario with one or two lines that are missing, doubled, in the wrong table, or have a hostile value."""
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     values = (
         *('""', '"nan"', "nan", "inf", "-inf", "-1", "0", "1", "1e300", "1e-300", "10000000", "9223372036854775807"),
@@ -167,7 +168,7 @@ def damaged_toml(text: str, chance: random.Random) -> str:
         *('"10 furlongs"', '"3 h"', '"../../evil.fmu"', '"builtin:nothing"', "0.1", "0.3", "1.5", "[1.0, nan]"),
         *("[" * 60 + "]" * 60, '"' + "a" * 5000 + '"', "{ from = 'a.b' }", "{ fmu = 'x.fmu', step = 0.1 }"),
     )
-    for _ in range(chance.randint(1, 3)):
+    for _ in range(chance.choice((1, 1, 2))):
         number = chance.randrange(len(lines))
         key, equals, _ = lines[number].partition("=")
         match chance.randrange(8):
@@ -274,7 +275,7 @@ def damaged_input(kind: str, seed: int, folder: Path, fmus: Path) -> Path:
     folder
         An empty folder.
     fmus
-        Folder with the whole ``chain2.fmu`` and ``chain3.fmu``, as of `native_fmu.build`.
+        As of `whole_fmus`.
     """
     chance = random.Random(f"{kind} {seed}")
     if kind.startswith("fmu"):
@@ -282,6 +283,16 @@ def damaged_input(kind: str, seed: int, folder: Path, fmus: Path) -> Path:
     if kind == "scenario":
         return _damaged_scenario(folder, fmus, chance)
     return _damaged_system(kind == "ssp", folder, fmus, chance)
+
+
+def whole_fmus(folder: Path) -> Path:
+    """Make a folder with ``chain2.fmu`` and ``chain3.fmu``, for `damaged_input`."""
+    from native_fmu import build
+
+    folder.mkdir()
+    for version in (2, 3):
+        build(folder, version).rename(folder / f"chain{version}.fmu")
+    return folder
 
 
 # Trials
@@ -379,8 +390,7 @@ def trials(
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
             lines: queue.Queue[str] = queue.Queue()
             assert process.stdout is not None
-            reader = threading.Thread(target=lambda: [lines.put(line) for line in (*process.stdout, "")], daemon=True)
-            reader.start()
+            threading.Thread(target=_hand_on, args=(process.stdout, lines), daemon=True).start()
             while left:
                 try:
                     line = lines.get(timeout=timeout)
@@ -400,6 +410,13 @@ def trials(
                     del left[0]
             process.kill()
     return result
+
+
+def _hand_on(stream: IO[str], lines: "queue.Queue[str]") -> None:
+    """Put the lines of a stream into a queue as they come, and at its end an empty one."""
+    for line in stream:
+        lines.put(line)
+    lines.put("")
 
 
 if __name__ == "__main__":

@@ -52,7 +52,10 @@ def linear_component(
 
 
 class TwoMasses:
-    """m1 x1'' + k1 x1 = f, m2 x2'' + k2 x2 = -f, f = k (x2 - x1) + c (x2' - x1'): force from the second, motion to it."""
+    """m1 x1'' + k1 x1 = f, m2 x2'' + k2 x2 = -f, f = k (x2 - x1) + c (x2' - x1').
+
+    The second component gives the force, and gets the motion of the first.
+    """
 
     def __init__(
         self,

@@ -55,7 +55,8 @@ def _description2(guid: str, inputs: int, outputs: int, derivatives: int) -> str
     ) + "".join(f'<Unknown index="{inputs + outputs + k}" dependencies="{inputs + outputs + k - 1}"/>' for k in (6, 8))
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Chain" guid="{guid}" generationTool="C compiler">
-<CoSimulation modelIdentifier="Chain" maxOutputDerivativeOrder="{derivatives}" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"
+<CoSimulation modelIdentifier="Chain" maxOutputDerivativeOrder="{derivatives}"
+ canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"
  canSerializeFMUstate="true"/>
 <UnitDefinitions>
 <Unit name="N"><BaseUnit kg="1" m="1" s="-2"/></Unit>
@@ -80,7 +81,8 @@ def _description3(guid: str, inputs: int, outputs: int, derivatives: int) -> str
     )
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="Chain" instantiationToken="{guid}" generationTool="C compiler">
-<CoSimulation modelIdentifier="Chain" maxOutputDerivativeOrder="{derivatives}" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true"
+<CoSimulation modelIdentifier="Chain" maxOutputDerivativeOrder="{derivatives}"
+ canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true"
  canSerializeFMUState="true"/>
 <UnitDefinitions>
 <Unit name="N"><BaseUnit kg="1" m="1" s="-2"/></Unit>
@@ -130,9 +132,10 @@ def build(folder: str | Path, version: int = 2, inputs: int = 6, outputs: int = 
     RuntimeError
         Without a C compiler; tests are skipped by the fixture `chain_fmu` then.
     """
-    path = Path(folder) / f"Chain_fmi{version}_{inputs}_{outputs}_{derivatives}.fmu"
+    path = Path(folder) / f"Chain_fmi{version}_{inputs}_{outputs}{f'_{derivatives}' if derivatives else ''}.fmu"
     macros = {"INPUTS": inputs, "OUTPUTS": outputs}
-    return compiled(path, "Chain", version, lambda guid: _DESCRIPTIONS[version](guid, inputs, outputs, derivatives), macros)
+    made = _DESCRIPTIONS[version]
+    return compiled(path, "Chain", version, lambda guid: made(guid, inputs, outputs, derivatives), macros)
 
 
 def compiled(

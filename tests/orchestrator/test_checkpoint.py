@@ -91,7 +91,8 @@ import test_checkpoint as test
 from tlpsim.orchestrator.checkpoint import Checkpoints, read
 from tlpsim.orchestrator.execution import run
 path = Path(sys.argv[2])
-run(test.system(), 4000 * test.SECOND, checkpoints=Checkpoints(path, test.SECOND, resumed=read(path) if path.exists() else None))
+found = read(path) if path.exists() else None
+run(test.system(), 4000 * test.SECOND, checkpoints=Checkpoints(path, test.SECOND, resumed=found))
 """
 
 
@@ -131,7 +132,7 @@ def test_another_system_is_refused(tmp_path: Path) -> None:
 
 def test_damaged_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.checkpoint"
-    with pytest.raises(CheckpointError, match="no checkpoint can be read .*--checkpoint-every"):
+    with pytest.raises(CheckpointError, match=r"no checkpoint can be read .*--checkpoint-every"):
         read(path)
     with pytest.raises(KeyboardInterrupt):
         run(system(), 40 * SECOND, observers=[Stop(20 * SECOND)], checkpoints=Checkpoints(path, SECOND))
@@ -142,7 +143,7 @@ def test_damaged_files_are_refused(tmp_path: Path) -> None:
             read(path)
     path.write_bytes(whole)
     spool.write_bytes(spool.read_bytes()[: read(path).spooled - 8])
-    with pytest.raises(CheckpointError, match="bytes, .* are needed; start the run afresh"):
+    with pytest.raises(CheckpointError, match=r"bytes, .* are needed; start the run afresh"):
         Checkpoints(path, SECOND, resumed=read(path))
     with pytest.raises(CheckpointError, match="ends before"):
         list(spooled(spool, read(path).spooled))

@@ -316,7 +316,7 @@ def test_anti_alias_in_a_loop_passes_lines_without_delay() -> None:
 
 
 def test_anti_alias_is_for_slower_targets() -> None:
-    with pytest.raises(WiringError, match="'probe' steps by 0.1 s, 'wave' by 0.1 s; take cubic"):
+    with pytest.raises(WiringError, match=r"'probe' steps by 0.1 s, 'wave' by 0.1 s; take cubic"):
         received(source("wave", {"x": sine(0.1)}), 100 * MILLISECOND, 100 * MILLISECOND, filter_name="anti_alias")
 
 

@@ -162,6 +162,19 @@ def test_jump_of_an_input_is_an_event(hybrid: Hybrid, version: int) -> None:
     instance.free()
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_event_of_one_input_while_another_changes_linearly(hybrid: Hybrid, version: int) -> None:
+    """The linear one is not at its end when the event of the other one is handled, at the start of the step."""
+    instance = initialized(hybrid(version), g=0.0)
+    changes = []
+    for number, inputs in enumerate([(0.5, 0), (1.5, 1), (1.5, 1)]):
+        instance.set_inputs(np.array(inputs, dtype=float))
+        instance.step(0.1 * number, 0.1)
+        changes.append(outputs(instance)["changes"])
+    assert changes == [0, 2, 2]
+    instance.free()
+
+
 def test_held_input(hybrid: Hybrid) -> None:
     instance = initialized(hybrid(2), SolverOptions(relative_tolerance=1e-10, inputs="hold"), g=0.0)
     x = 1.0

@@ -273,6 +273,17 @@ def test_failures_in_a_run(path: Path, fault: str, message: str, outputs: tuple[
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("outputs", [("y[1]",), None])  # in the compiled loop, and called from Python
+def test_the_end_of_the_simulation_in_a_run(path: Path, outputs: tuple[str, ...] | None) -> None:
+    """The discarded step of FMI 2.0 is not taken for one that can go on."""
+    parameters = {"fault": FAULTS["terminate"], "fault_time": 0.5}
+    recorder = MemoryRecorder()
+    component = Component(instance=open_fmu("hull", path), step=100_000_000, parameters=parameters, outputs=outputs)
+    with pytest.raises(StepError, match=r"^hull: .* at t = 0\.4 s .*(the end of|ends) the simulation"):
+        run(System(components=(component,)), 1_000_000_000, observers=[recorder])
+    assert recorder.ticks("hull")[-1] == 400_000_000
+
+
 def test_hundreds_of_instances(path: Path) -> None:
     alive = []
     for number in range(400):

@@ -35,7 +35,8 @@ class Diary(Observer):
 
     def sampled(self, index: int, times: np.ndarray, values: np.ndarray) -> None:
         assert values.shape == (len(times), 2 - index)
-        self.entries += [(index, time // SECOND, *row) for time, row in zip(times.tolist(), values.tolist(), strict=True)]
+        rows = zip(times.tolist(), values.tolist(), strict=True)
+        self.entries += [(index, time // SECOND, *row) for time, row in rows]
 
     def stopped(self, reason: BaseException | None, summary: RunSummary) -> None:
         self.entries.append(("stopped", reason, summary.stop // SECOND))

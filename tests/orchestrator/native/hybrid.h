@@ -6,7 +6,7 @@
    when u crosses 1 or `level` changes        `changes` counts
    when a step ends after `step_event`        `steps` counts, once
 
-   Faults happen from `fault_time` on, but DISCARD wherever x < 0. */
+   Faults happen from `fault_time` on, but DISCARD wherever x < 0. Integers cannot be set in continuous-time mode. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +17,7 @@ enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR, STATUS_FATAL };
 
 typedef struct {
     double time, x[STATES], u, gain, g, restitution, period, step_event, fault_time;
-    int fault, level, known_level, above, ticks, bounces, changes, steps;
+    int fault, level, known_level, above, ticks, bounces, changes, steps, continuous;
 } Model;
 
 static void model_start(Model *m) {

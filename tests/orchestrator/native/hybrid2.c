@@ -26,9 +26,11 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2R
 #define DONE(name) fmi2Status name(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
 DONE(fmi2EnterInitializationMode)
 DONE(fmi2ExitInitializationMode)
-DONE(fmi2EnterEventMode)
-DONE(fmi2EnterContinuousTimeMode)
 DONE(fmi2Terminate)
+
+#define MODE(name, value) fmi2Status name(fmi2Component c) { MODEL->continuous = value; return fmi2OK; }
+MODE(fmi2EnterEventMode, 0)
+MODE(fmi2EnterContinuousTimeMode, 1)
 
 fmi2Status fmi2SetReal(fmi2Component c, const unsigned vr[], size_t n, const fmi2Real value[]) {
     for (size_t i = 0; i < n; i++) {
@@ -48,7 +50,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const unsigned vr[], size_t n, fmi2Real 
 fmi2Status fmi2SetInteger(fmi2Component c, const unsigned vr[], size_t n, const fmi2Integer value[]) {
     for (size_t i = 0; i < n; i++) {
         int *place = model_integer(MODEL, vr[i]);
-        if (!place) return fmi2Error;
+        if (!place || MODEL->continuous) return fmi2Error;
         *place = value[i];
     }
     return fmi2OK;

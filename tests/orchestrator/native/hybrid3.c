@@ -27,9 +27,11 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
 
 #define DONE(name) fmi3Status name(fmi3Instance c) { return c ? fmi3OK : fmi3Error; }
 DONE(fmi3ExitInitializationMode)
-DONE(fmi3EnterEventMode)
-DONE(fmi3EnterContinuousTimeMode)
 DONE(fmi3Terminate)
+
+#define MODE(name, value) fmi3Status name(fmi3Instance c) { MODEL->continuous = value; return fmi3OK; }
+MODE(fmi3EnterEventMode, 0)
+MODE(fmi3EnterContinuousTimeMode, 1)
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const unsigned vr[], size_t n, const fmi3Float64 value[], size_t values) {
     for (size_t i = 0; i < n; i++) {
@@ -49,7 +51,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const unsigned vr[], size_t n, fmi3Flo
 fmi3Status fmi3SetInt32(fmi3Instance c, const unsigned vr[], size_t n, const fmi3Int32 value[], size_t values) {
     for (size_t i = 0; i < n; i++) {
         int *place = model_integer(MODEL, vr[i]);
-        if (!place) return fmi3Error;
+        if (!place || MODEL->continuous) return fmi3Error;
         *place = value[i];
     }
     return fmi3OK;
