@@ -17,7 +17,7 @@ test: $(READY)
 validation: $(READY)
 	$(BIN)/python -m pytest -m validation
 
-BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic
+BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic master coupling
 
 bench: $(READY)
 	$(BIN)/pip install --quiet --editable '.[compare]'

@@ -1,9 +1,9 @@
 """How good the coupling of a system is: what its filters do to a band of frequencies, and what a run says of them.
 
-`coupling_report` tells before a run, for each connection, which filter and which extrapolation serve it, and from their
-responses to harmonics of a band: the error of the wanted part, the largest image (of a component that is faster than its
-source) or alias (of one that is slower), the delay, and the error of values beyond the newest sample. The horizon of
-these is that of the algorithm, whose order of steps is followed over a common period of the group.
+`coupling_report` tells before a run, for each connection, which filter and which extrapolation serve it, and from
+their responses to harmonics of a band: the error of the wanted part, the largest image (of a component that is faster
+than its source) or alias (of one that is slower), the delay, and the error of values beyond the newest sample. The
+horizon of these is that of the algorithm, whose order of steps is followed over a common period of the group.
 
 `CouplingMeter` measures during a run, from its samples x_n of the step H alone, without knowing what lies between them:
 

@@ -206,8 +206,8 @@ def _check_component(component: Component) -> None:
         raise WiringError(f"component '{name}': step {component.step!r} is not a positive whole number of ns")
     if component.step > LARGEST_STEP:
         raise WiringError(
-            f"component '{name}': step {to_seconds(component.step):g} s is longer than {to_seconds(LARGEST_STEP):.4g} s; "
-            "give a shorter one"
+            f"component '{name}': step {to_seconds(component.step):g} s is longer than "
+            f"{to_seconds(LARGEST_STEP):.4g} s; give a shorter one"
         )
     if component.inputs_at not in INPUTS_AT:
         raise WiringError(

@@ -7,8 +7,8 @@ an instant:
     0.0, 812.0, 26.1
     0.5, 840.5, 26.9
 
-Columns are parted by commas, semicolons or tabs, whichever the first line has; blank lines and lines that begin with # are
-passed over. Times increase, in steps of any sizes. The outputs at a time between two lines are by the parameter
+Columns are parted by commas, semicolons or tabs, whichever the first line has; blank lines and lines that begin with #
+are passed over. Times increase, in steps of any sizes. The outputs at a time between two lines are by the parameter
 `interpolation`:
 
     hold    y_n
@@ -16,8 +16,9 @@ passed over. Times increase, in steps of any sizes. The outputs at a time betwee
     cubic   the cubic spline through all lines, with continuous second derivative                      (1)
 
 With the step of the component that of the lines, its samples are those lines, and it is the connections' filters that
-find what lies between them. Before the first line and after the last the parameter `beyond` says what holds: "hold" keeps
-that line, "error" refuses the step. A component that feeds others is stepped ahead of them, past the end of the run.
+find what lies between them. Before the first line and after the last the parameter `beyond` says what holds: "hold"
+keeps that line, "error" refuses the step. A component that feeds others is stepped ahead of them, past the end of the
+run.
 """
 
 from __future__ import annotations
@@ -303,8 +304,8 @@ class TableInstance(Instance):
         if self._chosen["beyond"] == "error" and not first <= self._time <= last:
             raise StepError(
                 f"{self.name}: t = {time:.9g} s is beyond the table {self.table.path}, which goes from "
-                f"{to_seconds(first):g} to {to_seconds(last):g} s; filters that look ahead ask for some samples past the end "
-                'of the run: lengthen the table, or set its parameter beyond = "hold"'
+                f"{to_seconds(first):g} to {to_seconds(last):g} s; filters that look ahead ask for samples past the "
+                "run's end: lengthen the table, or set its parameter beyond = 'hold'"
             )
 
     def get_outputs(self, into: FloatArray) -> None:

@@ -34,7 +34,7 @@ from tlpsim.orchestrator.fmu import open_fmu
 from tlpsim.orchestrator.instance import Instance
 from tlpsim.orchestrator.isolation import IsolatedInstance
 from tlpsim.orchestrator.ode import SolverOptions
-from tlpsim.orchestrator.system import Component, Connection, Iteration, System, check, loops
+from tlpsim.orchestrator.system import Adaptation, Component, Connection, Iteration, System, check, loops
 from tlpsim.orchestrator.table import TableInstance
 from tlpsim.scenarios.reading import expand
 from tlpsim.scenarios.schema import STANDARD_CONNECTIONS, Scenario, Wire
@@ -94,6 +94,8 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
             connections=_connections(scenario, instances),
             algorithm=scenario.coupling.algorithm,
             iteration=Iteration(**dict(scenario.coupling.iteration)),
+            adaptation=Adaptation(**dict(scenario.coupling.adaptation)),
+            threads=scenario.coupling.threads,
         )
         for name in instances:
             _warn_of_left_out(scenario, name, instances[name])

@@ -174,7 +174,9 @@ def export(
 
 @app.command()
 def check(
-    file: Annotated[Path, typer.Argument(metavar="SYSTEM", help="Scenario (.toml) or system description (.ssp, .ssd).")],
+    file: Annotated[
+        Path, typer.Argument(metavar="SYSTEM", help="Scenario (.toml) or system description (.ssp, .ssd).")
+    ],
     duration: Duration = None,
     seed: Seed = None,
     settings: Settings = None,

@@ -1,4 +1,4 @@
-"""What `--coupling` shows: filters and extrapolations of each connection before a run, their measured errors after it."""
+"""What `--coupling` shows: filters and extrapolations of each connection before a run, their errors after it."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tlpsim.orchestrator.coupling_report import ConnectionMeasure, ConnectionRep
 from tlpsim.scenarios.console import output
 
 _LEGEND = (
-    "error: of the wanted part, the largest in the band between samples, that at its end (Hz) beyond them; image: of the "
-    "band above it; alias: of what folds onto it, above 0 what is amplified; + s: how far beyond the newest sample"
+    "error: of the wanted part, the largest in the band between samples, that at its end (Hz) beyond them; image: of "
+    "the band above it; alias: of what folds onto it, above 0 what is amplified; + s: how far beyond the newest sample"
 )
 _MEASURED_LEGEND = (
-    "relative to the standard deviation; between: each sample from its neighbours by the connection's filter, hence the "
-    "error at twice the step; beyond: each sample from those that were there one horizon earlier"
+    "relative to the standard deviation; between: each sample from its neighbours by the connection's filter, hence "
+    "the error at twice the step; beyond: each sample from those that were there one horizon earlier"
 )
 
 
@@ -32,7 +32,9 @@ def print_coupling(reports: Sequence[ConnectionReport], band: float) -> None:
         table.add_column(heading, no_wrap=True)
     for each in _together(reports):
         source, _, target = each.connection.partition(" -> ")
-        levels = [f"{name} {level:.0f}" for name, level in (("image", each.image), ("alias", each.alias)) if level > -999]
+        levels = [
+            f"{name} {level:.0f}" for name, level in (("image", each.image), ("alias", each.alias)) if level > -999
+        ]
         values = []
         if each.filter:
             values.append((each.filter, _short(each.error), f"{_rounded(each.delay):.2g}"))

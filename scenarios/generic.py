@@ -212,8 +212,8 @@ def _of_fmus(files: Sequence[str], default: float | None, steps: Mapping[str, fl
             step = table.table.step if table else read_description(path).default_experiment.get("stepSize")
         if step is None:
             raise ScenarioError(
-                f"component '{name}': its {'table' if table else 'FMU'} has no default step; give one with --step 0.1 or "
-                f"--step {name}=0.1"
+                f"component '{name}': its {'table' if table else 'FMU'} has no default step; give one with --step 0.1 "
+                f"or --step {name}=0.1"
             )
         ticks = to_positive_ticks(step, f"step of '{name}'")
         components[name] = Component(instance=table or open_fmu(name, path), step=ticks)

@@ -36,6 +36,7 @@ from tlpsim.scenarios.sections import (
     Current,
     Extrapolation,
     Filter,
+    LoopAdaptation,
     LoopIteration,
     Outputs,
     Platform,
@@ -266,6 +267,7 @@ SECTIONS: dict[Location, type[BaseModel]] = {
     ("current",): Current,
     ("coupling",): Coupling,
     ("coupling", "iteration"): LoopIteration,
+    ("coupling", "adaptation"): LoopAdaptation,
     ("components", "*"): Component,
     ("connections", "*"): Connection,
     ("outputs",): Outputs,
@@ -277,7 +279,7 @@ def _standard() -> dict[str, Any]:
 
 
 def with_absolute_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """`data` with the paths of FMUs, tables and hydrodynamic files, relative to the scenario's folder, made absolute."""
+    """`data` with paths of FMUs, tables and hydrodynamic files, relative to the scenario's folder, made absolute."""
     data = absolute_paths(data, folder)
     for section, key in (("platform", "hydrodynamics"), ("waves", "quadratic_transfer")):
         table = data.get(section)

@@ -324,16 +324,26 @@ class LoopIteration(Section):
     acceleration: Literal["quasi_newton", "aitken", "none"] = "quasi_newton"
 
 
+class LoopAdaptation(Section):
+    """How many steps at a time a loop takes, see `tlpsim.orchestrator.system.Adaptation`."""
+
+    tolerance: Annotated[Ratio, Field(gt=0, lt=1)] = 1e-4
+    longest: Annotated[StrictInt, Field(ge=1)] = 64
+
+
 class Coupling(Section):
     """How loops are stepped, and how a value is found between and after a source's samples.
 
-    `filter` and `extrapolation` are for the connections that do not say, `iteration` is for the algorithm iterative.
+    `filter` and `extrapolation` are for the connections that do not say, `iteration` is of the algorithm iterative,
+    `adaptation` of adaptive, and `threads` of parallel.
     """
 
     filter: Filter = "cubic"
     extrapolation: Extrapolation = "derivatives"
-    algorithm: Literal["multirate", "sequential", "parallel", "iterative"] = "multirate"
+    algorithm: Literal["multirate", "sequential", "parallel", "iterative", "adaptive"] = "multirate"
     iteration: LoopIteration = LoopIteration()
+    adaptation: LoopAdaptation = LoopAdaptation()
+    threads: Annotated[StrictInt, Field(ge=1)] = 1
 
 
 class Component(Section):
@@ -356,7 +366,9 @@ class Component(Section):
         known = [BUILTIN + name for name in BUILTIN_COMPONENTS]
         if value not in known and (value.startswith(BUILTIN) or not value.lower().endswith((".fmu", TABLE))):
             hint = nearest(value if value.startswith(BUILTIN) else BUILTIN + value, known)
-            raise ValueError(f"must be the path of an .fmu file, of a table ({TABLE}) or one of {', '.join(known)}{hint}")
+            raise ValueError(
+                f"must be the path of an .fmu file, of a table ({TABLE}) or one of {', '.join(known)}{hint}"
+            )
         return value
 
     @property

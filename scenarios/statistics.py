@@ -298,10 +298,7 @@ def extreme_tensions(results: Results, start: float = 0.0, component: str = "pla
     first, _ = _first_sample(time, start, BAND_EDGES[0])
     factors = [_conversion(results.unit(f"{component}.{name}"), "N") for name in names]
     tensions = np.stack(
-        [
-            factor * results.signal(f"{component}.{name}")[first:]
-            for name, factor in zip(names, factors, strict=True)
-        ]
+        [factor * results.signal(f"{component}.{name}")[first:] for name, factor in zip(names, factors, strict=True)]
     )
     highest, when_highest = np.unravel_index(int(np.argmax(tensions)), tensions.shape)
     lowest, when_lowest = np.unravel_index(int(np.argmin(tensions)), tensions.shape)

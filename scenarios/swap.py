@@ -1,17 +1,15 @@
 """`tlpsim swap`: whether an FMU can take a component's place, and the lines of a scenario that put it there.
 
 The reference is the table of variables of the project's own component of that name (docs/fmu-contract.md), and the
-scenario's wiring says which of them must be there. A vendor's variable of another name is found by what it is: its
-degree of freedom, by a word of its name (``yaw``, ``Fx``, ``phi``) or its place among six of one name (``x[0]`` …
-``x[5]``); its unit; and the words of its name and description. What is found so is a proposal, marked with ?.
+scenario's wiring says which of them must be there. A vendor's variable of another name is found by what it is, see
+`tlpsim.scenarios.matching`; what is found so is a proposal, marked with ?.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,38 +21,15 @@ from tlpsim.fmus.component import Variable as Row
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import FmuError, ScenarioError
 from tlpsim.orchestrator.description import CO_SIMULATION, FmuDescription, library_member, read_description
-from tlpsim.orchestrator.instance import Variable
 from tlpsim.orchestrator.units import defined, unit_conversion
 from tlpsim.scenarios.assemble import OPTIONAL, STANDARD
 from tlpsim.scenarios.console import output
+from tlpsim.scenarios.matching import find_matches
 from tlpsim.scenarios.monolithic import COMPONENTS
 from tlpsim.scenarios.problems import nearest
 from tlpsim.scenarios.reading import merge, read_toml
 from tlpsim.scenarios.schema import Scenario, with_absolute_paths
-
-_OWN_DEGREES = {name: number for number, name in enumerate(DEGREES_OF_FREEDOM)}
-_DEGREE_WORDS = {
-    **_OWN_DEGREES,
-    **{word: number for number, word in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))},
-    **{word: number + 3 for number, word in enumerate(("rx", "ry", "rz"))},
-    **{word: number + 3 for number, word in enumerate(("phi", "theta", "psi"))},
-    **{word: number for number, word in enumerate("xyz")},
-}
-_SYNONYMS = {
-    **dict.fromkeys(("f", "load", "forces", "moment", "torque", "loads"), "force"),
-    **dict.fromkeys(("pos", "disp", "displacement", "offset", "motion", "rotation", "angle"), "position"),
-    **dict.fromkeys(("vel", "v", "speed", "rate"), "velocity"),
-    **dict.fromkeys(("acc", "accel", "a"), "acceleration"),
-    **dict.fromkeys(("eta", "zeta", "surface"), "elevation"),
-    **dict.fromkeys(("mooring", "line", "tether", "tendons"), "tendon"),
-    **dict.fromkeys(("waves", "hydro", "hydrodynamic"), "wave"),
-    **dict.fromkeys(("aero", "aerodynamic"), "wind"),
-    **dict.fromkeys(("ext", "additional", "other", "any"), "external"),
-}
-_IDLE = {"of", "the", "in", "at", "on", "and", "or", "a", "an", "to", "m", "s", "n", "rad", "deg", "kn", "for", "is", "it"}
-_DEGREE, _UNIT, _WORDS = 0.4, 0.3, 0.3  # shares of a likeness
-_ALIKE = 0.55  # least likeness of a proposal
-_NEEDED = 0.2  # advantage of what the scenario connects over the rest
+from tlpsim.scenarios.writing import to_toml
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,7 +126,9 @@ def swap(scenario: Scenario, name: str, path: str | Path) -> Swap:
     """
     if name not in COMPONENTS or name not in scenario.components:
         known = [each for each in COMPONENTS if each in scenario.components]
-        raise ScenarioError(f"swap: there is no contract of a component '{name}'{nearest(name, known)}: {', '.join(known)}")
+        raise ScenarioError(
+            f"swap: there is no contract of a component '{name}'{nearest(name, known)}: {', '.join(known)}"
+        )
     fmu = read_description(path)
     table = [row for row in COMPONENTS[name].table if row.causality in ("input", "output")]
     used = {
@@ -161,11 +138,13 @@ def swap(scenario: Scenario, name: str, path: str | Path) -> Swap:
         if (wire.target, wire.target_variable) not in OPTIONAL
     }
     needed = {row.name for row in table if (name, row.name) in used}
-    matches = _matches(table, needed, fmu.variables)
+    matches = find_matches(table, needed, fmu.variables)
     fits = tuple(_fit(row, matches.get(row.name, ""), row.name in needed, fmu) for row in table)
     taken = set(matches.values())
     extra = tuple(
-        key for key, each in fmu.variables.items() if each.causality == "input" and key not in taken and each.type == "Real"
+        key
+        for key, each in fmu.variables.items()
+        if each.causality == "input" and key not in taken and each.type == "Real"
     )
     faults = [
         f"{fit.variable} is missing, and the scenario connects it" if not fit.match else f"{fit.variable}: {fit.unit}"
@@ -178,7 +157,8 @@ def swap(scenario: Scenario, name: str, path: str | Path) -> Swap:
         notes.insert(0, f"not there, and not connected: {', '.join(_families(missing))}")
     if any(fit.factor is not None for fit in fits):
         notes.append(
-            "units with a ? are the same but for the rad, which one of the two leaves out: look whether the factor is right"
+            "units with a ? are the same but for the rad, which one of the two leaves out: look whether the factor is "
+            "right"
         )
     if extra:
         notes.append(f"inputs of the FMU that keep their start values: {', '.join(_families(extra))}")
@@ -194,68 +174,6 @@ def swap(scenario: Scenario, name: str, path: str | Path) -> Swap:
         notes=tuple(notes),
         changes=_changes(scenario, name, fmu, fits),
     )
-
-
-def _words(name: str, description: str) -> set[str]:
-    apart = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
-    found = [word for word in re.split(r"[^a-z]+", f"{apart} {description}".lower()) if word]
-    return {_SYNONYMS.get(word, word) for word in found} - _IDLE
-
-
-def _degrees(names: Sequence[str]) -> dict[str, int]:
-    """Degree of freedom of each name, by a word in it or its place among six of one name; -1 for none."""
-    families: dict[str, list[str]] = {}
-    for name in names:
-        families.setdefault(re.sub(r"\d+(?=\D*$)", "#", name), []).append(name)
-    result = {}
-    for members in families.values():
-        for place, name in enumerate(members):
-            words = re.findall(r"[a-z]+", re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name).lower())
-            by_word = [_DEGREE_WORDS[word] for word in words[-1:] if word in _DEGREE_WORDS]
-            if len(members) == len(DEGREES_OF_FREEDOM):
-                by_word = [place]
-            result[name] = by_word[0] if by_word else -1
-    return result
-
-
-def _matches(table: Sequence[Row], needed: Collection[str], variables: Mapping[str, Variable]) -> dict[str, str]:
-    """The vendor's variable for each of the contract's, the same name first, then the most alike."""
-    numbers = {key: each for key, each in variables.items() if each.type in ("Real", "Integer", "Boolean")}
-    result = {
-        row.name: row.name for row in table if row.name in numbers and numbers[row.name].causality == row.causality
-    }
-    rows = [row for row in table if row.name not in result]
-    vendors = [each for key, each in numbers.items() if key not in result.values()]
-    ours = {row.name: _OWN_DEGREES.get(row.name.rpartition(".")[2], -1) for row in table}
-    theirs = _degrees([each.name for each in vendors])
-    candidates = []
-    for place, row in enumerate(rows):
-        for each in vendors:
-            if each.causality == row.causality:
-                score = _likeness(row, each, ours[row.name], theirs[each.name])
-                if score >= _ALIKE:
-                    rank = round(score + _NEEDED * (row.name in needed), 6)
-                    candidates.append((-rank, place, each.name, row.name))
-    for _, _, vendor, own in sorted(candidates):
-        if own not in result and vendor not in result.values():
-            result[own] = vendor
-    return result
-
-
-def _likeness(row: Row, vendor: Variable, own_degree: int, degree: int) -> float:
-    """How much a vendor's variable looks like one of the contract, from 0 to 1."""
-    if own_degree != degree:
-        return 0.0
-    own, other = defined(row.unit or "", {}), defined(vendor.unit or "", {})
-    if own is not None and other is not None and own.exponents[:7] != other.exponents[:7] and vendor.unit:
-        return 0.0
-    unit = 1.0 if own is not None and other is not None and vendor.unit else 0.5
-    mine = _words(row.name, row.description)
-    theirs = _words(vendor.name, vendor.description)
-    common = len(mine & theirs) / max(min(len(mine), len(theirs)), 1)
-    same_place = re.findall(r"\d+", row.name) == re.findall(r"\d+", vendor.name)
-    place = 1.0 if own_degree >= 0 else (0.8 if same_place else 0.0)
-    return _DEGREE * place + _UNIT * unit + _WORDS * common if common else 0.0
 
 
 def _fit(row: Row, match: str, needed: bool, fmu: FmuDescription) -> Fit:
@@ -310,10 +228,8 @@ def _capabilities(fmu: FmuDescription, scenario: Scenario, name: str) -> tuple[l
         + ("any step goes" if variable else "its step must not change: a step that it discards cannot be cut")
     )
     state, bytes_ = can["canGetAndSetFMUstate"], can["canSerializeFMUstate"]
-    notes.append(
-        f"state: {'saved and restored, so its loop can be iterated' if state else 'not saved, so no iteration of its loop'}; "
-        f"{'checkpoints' if state and bytes_ else 'no checkpoints'}"
-    )
+    saved = "saved and restored, so its loop can be iterated" if state else "not saved, so no iteration of its loop"
+    notes.append(f"state: {saved}; {'checkpoints' if state and bytes_ else 'no checkpoints'}")
     derived = sum(each.derivative_of is not None and each.causality == "output" for each in fmu.variables.values())
     if name == "platform":
         notes.append(
@@ -357,7 +273,9 @@ def _families(names: Sequence[str]) -> list[str]:
     """Names with those of the six degrees of freedom, or of one number, as one with *."""
     pattern = "|".join(DEGREES_OF_FREEDOM)
     general = [re.sub(rf"(?<=\.)({pattern})\b|(?<=\[)\d+(?=\])", "*", name) for name in names]
-    return list(dict.fromkeys(text if general.count(text) > 1 else name for text, name in zip(general, names, strict=True)))
+    return list(
+        dict.fromkeys(text if general.count(text) > 1 else name for text, name in zip(general, names, strict=True))
+    )
 
 
 def print_swap(found: Swap) -> None:
@@ -404,32 +322,3 @@ def write_scenario(found: Swap, scenario: str | Path, destination: str | Path) -
         raise ScenarioError(f"{target}: the file exists already; give another name, or remove it") from None
     except OSError as error:
         raise ScenarioError(f"{target}: the scenario cannot be written: {error.strerror}") from error
-
-
-def to_toml(data: Mapping[str, Any]) -> str:
-    """Nested mappings as TOML, connections one a line."""
-    return "\n".join(_toml_lines(data, ())).strip() + "\n"
-
-
-def _toml_lines(data: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
-    tables = {key: value for key, value in data.items() if isinstance(value, Mapping) and path[:1] != ("connections",)}
-    plain = {key: value for key, value in data.items() if key not in tables}
-    if path and (plain or not tables):
-        yield f"\n[{'.'.join(_key(part) for part in path)}]"
-    yield from (f"{_key(key)} = {_value(value)}" for key, value in plain.items())
-    for key, value in tables.items():
-        yield from _toml_lines(value, (*path, key))
-
-
-def _key(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
-
-
-def _value(value: object) -> str:
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(key)} = {_value(each)}" for key, each in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(each) for each in value) + "]"
-    if isinstance(value, str | bool):
-        return json.dumps(value, ensure_ascii=False)
-    return repr(value)

@@ -215,7 +215,7 @@ def test_a_run_shorter_than_a_step(stop: int) -> None:
     assert recorder.ticks("clock").tolist() == [0, SECOND]
 
 
-@pytest.mark.parametrize("algorithm", (*ALGORITHMS, "iterative"))
+@pytest.mark.parametrize("algorithm", [*ALGORITHMS, "iterative"])
 def test_components_without_inputs_or_outputs(algorithm: str) -> None:
     taken: list[float] = []
     silent = PythonInstance("silent", lambda values, time, size: taken.append(time))

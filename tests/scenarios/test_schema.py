@@ -24,10 +24,10 @@ from tlpsim.loads.wind.admittance import ADMITTANCES
 from tlpsim.loads.wind.coherence import COHERENCES
 from tlpsim.loads.wind.force import DECOMPOSITIONS
 from tlpsim.loads.wind.profile import PROFILES
-from tlpsim.orchestrator.system import EXTRAPOLATIONS
+from tlpsim.orchestrator.system import ACCELERATIONS, ALGORITHMS, ANTI_ALIAS, EXTRAPOLATIONS
 from tlpsim.scenarios.reading import merge, parse_override
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.sections import DRAFT, LARGEST_SEED, Coupling, Platform, Waves, Wind, WindCoherence
+from tlpsim.scenarios.sections import DRAFT, LARGEST_SEED, Coupling, LoopIteration, Platform, Waves, Wind, WindCoherence
 
 TYPICAL = Path(tlpsim.scenarios.schema.__file__).with_name("typical_tlp.toml")
 
@@ -112,7 +112,9 @@ def test_the_choices_are_those_of_the_physics() -> None:
     assert choices(Wind, "decomposition") == set(DECOMPOSITIONS)
     assert choices(Waves, "spectrum") == set(wave_spectra.SPECTRA)
     assert choices(Waves, "drift") == set(DRIFTS)
-    assert choices(Coupling, "filter") == set(SYMMETRIC)
+    assert choices(Coupling, "filter") == {*SYMMETRIC, ANTI_ALIAS}
+    assert choices(Coupling, "algorithm") == set(ALGORITHMS)
+    assert choices(LoopIteration, "acceleration") == set(ACCELERATIONS)
     assert choices(Coupling, "extrapolation") == set(EXTRAPOLATIONS)
     assert choices(Platform, "model") == set(DRAFT)
     assert choices(Platform, "radiation") == set(MEMORY)

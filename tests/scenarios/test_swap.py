@@ -17,7 +17,8 @@ from tlpsim.scenarios.cli import app
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.statistics import summary
-from tlpsim.scenarios.swap import swap, to_toml, write_scenario
+from tlpsim.scenarios.swap import swap, write_scenario
+from tlpsim.scenarios.writing import to_toml
 
 SCRIPT = Path(__file__).with_name("vendor_platform.py")
 
@@ -60,7 +61,9 @@ def test_names_and_units_are_found(vendor: Path) -> None:
 def test_swapped_in_by_what_is_written(vendor: Path, tmp_path: Path) -> None:
     """Wind and waves drive the vendor's oscillators; their own equations give the same motion."""
     base = tmp_path / "base.toml"
-    base.write_text('title = "Vendor"\n[simulation]\nduration = 60.0\n[waves]\ncomponents = 20\n[outputs]\nstatistics_from = 0.0\n')
+    base.write_text(
+        'title = "Vendor"\n[simulation]\nduration = 60.0\n[waves]\ncomponents = 20\n[outputs]\nstatistics_from = 0.0\n'
+    )
     code, told = tlpsim("swap", base, "platform", vendor, "--write", tmp_path / "swapped.toml")
     assert code == 0, told
     assert "It fits" in told
@@ -74,6 +77,7 @@ def test_swapped_in_by_what_is_written(vendor: Path, tmp_path: Path) -> None:
     model = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(model)
     for i, degree in ((0, "surge"), (5, "yaw")):
+
         def force(time: float, degree: str = degree) -> float:
             return sum(
                 float(np.interp(time, results.time(name), results.signal(f"{name}.force.{degree}")))
@@ -117,7 +121,7 @@ def test_errors_are_one_line(vendor: Path, tmp_path: Path) -> None:
     base = _short(tmp_path)
     found = swap(scenario, "platform", vendor)
     write_scenario(found, base, tmp_path / "new.toml")
-    with pytest.raises(ScenarioError, match="new.toml: the file exists already; give another name"):
+    with pytest.raises(ScenarioError, match=r"new.toml: the file exists already; give another name"):
         write_scenario(found, base, tmp_path / "new.toml")
 
 
