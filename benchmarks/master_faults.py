@@ -71,16 +71,14 @@ def _start(case: str, destination: Path, path: Path, undisturbed: bool) -> subpr
 
 
 def kills(quick: bool) -> Sequence[Row]:
-    """SIGKILL at random moments, each run resumed again and again until it is killed no more."""
+    """SIGKILL at random moments of the stepping, each run resumed again and again until it is killed no more."""
     rows = []
     chance = random.Random(8)
     for case, count in ((NATIVE, 3 if quick else 25), (STORM, 2 if quick else 25)):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             shutil.copy(build(folder), folder / "chain.fmu")
-            began = time.perf_counter()
             assert not _start(case, folder / "undisturbed.npz", folder / "none", True).wait()
-            wall = time.perf_counter() - began
             whole = dict(np.load(folder / "undisturbed.npz"))
             killed = equal = runs = 0
             while killed < count:
@@ -89,11 +87,7 @@ def kills(quick: bool) -> Sequence[Row]:
                 while not result.exists():
                     process = _start(case, result, path, False)
                     if killed < count:
-                        try:
-                            process.wait(chance.uniform(0.2 * wall, 1.2 * wall))
-                        except subprocess.TimeoutExpired:
-                            os.kill(process.pid, signal.SIGKILL)
-                            killed += 1
+                        killed += _killed(process, path, chance.uniform(0.0, 0.3))
                     if process.wait() not in (0, -signal.SIGKILL):
                         break
                 equal += result.exists() and _same(whole, dict(np.load(result)))
@@ -106,6 +100,27 @@ def kills(quick: bool) -> Sequence[Row]:
             )
         )
     return rows
+
+
+def _killed(process: subprocess.Popen[bytes], path: Path, delay: float) -> bool:
+    """Kill a run some seconds after it wrote its next checkpoint; False where it came to its end before."""
+    written = _written(path)
+    while _written(path) == written and process.poll() is None:
+        time.sleep(0.001)
+    try:
+        process.wait(delay)
+    except subprocess.TimeoutExpired:
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        return path.exists()
+    return False
+
+
+def _written(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def _same(one: dict[str, NDArray[np.float64]], other: dict[str, NDArray[np.float64]]) -> bool:

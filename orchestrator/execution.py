@@ -243,7 +243,7 @@ class Master:
         control = self.layout.control
         actions: dict[int, Callable[[int], None]] = {
             kernel.CALL: self.call,
-            kernel.FULL: lambda unit: self._pass_on(),
+            kernel.FULL: lambda unit: self._make_room(),
             kernel.WEIGHTS: lambda unit: self.layout.supply_weights(),
             kernel.FAILED: self._failed,
             kernel.GROUP_DUE: self._step_group,
@@ -266,6 +266,11 @@ class Master:
             self._budget = min(2 * self._budget, _LARGEST_BUDGET)
         elif elapsed > _PASS_ON:
             self._budget = max(self._budget // 2, 1)
+
+    def _make_room(self) -> None:
+        """Let observers take the samples, so that histories have room for new ones."""
+        self._pass_on()
+        kernel.make_room(self.layout.units, self.layout.heap)
 
     def _pass_on(self) -> None:
         """Give observers the samples that they have not got; all of them, also where one observer fails."""

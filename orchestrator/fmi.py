@@ -75,7 +75,7 @@ class FmiInstance(Instance):
         self._capabilities = self.description.kinds[self.kind].capabilities
         self.can_get_and_set_state = self._capabilities["canGetAndSetFMUstate"]
         self.can_serialize_state = self._capabilities["canSerializeFMUstate"]
-        self._log = Log()
+        self._log = Log(name)
         categories = () if is_python_fmu(self.description) else self.description.log_categories
         self._log_categories = [name.encode() for name in categories if any(word in name for word in _GRAVE)]
         self._library: Any = None

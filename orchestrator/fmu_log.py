@@ -1,16 +1,53 @@
 """Log messages of FMUs: which instance they come from, and which of them tells why a call failed."""
 
 import itertools
+import re
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 
 STATUS_NAMES = {0: "ok", 1: "warning", 2: "discard", 3: "error", 4: "fatal", 5: "pending"}
 """Of FMI 2.0; FMI 3.0 has no pending."""
 
 _LENGTH = 64
+_LINE = re.compile(rf"t = (\S+) s, ({'|'.join(STATUS_NAMES.values())}): (.*)")
 _numbers = itertools.count(1)
 _open_logs: dict[int, "Log"] = {}
-_followers: list[Callable[[str], None]] = []
+_followers: list[Callable[["Message"], None]] = []
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Message:
+    """What an FMU said.
+
+    Attributes
+    ----------
+    component
+        Name of the instance.
+    time
+        Of the step in which it came, s.
+    status
+        See `STATUS_NAMES`; 1 and more are warnings and faults.
+    text
+        One line.
+    """
+
+    component: str
+    time: float
+    status: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"t = {self.time:.9g} s, {STATUS_NAMES.get(self.status, self.status)}: {self.text}"
+
+
+def parsed(component: str, line: str) -> Message | None:
+    """Message of a line that one was written to; None for any other line."""
+    found = _LINE.fullmatch(line)
+    if found is None:
+        return None
+    status = next(number for number, name in STATUS_NAMES.items() if name == found[2])
+    return Message(component=component, time=float(found[1]), status=status, text=found[3])
 
 
 def log_of(environment: int | None) -> "Log | None":
@@ -18,13 +55,14 @@ def log_of(environment: int | None) -> "Log | None":
     return _open_logs.get(environment or 0)
 
 
-def follow(tell: Callable[[str], None]) -> None:
+def follow(tell: Callable[[Message], None]) -> None:
     """Call a function with every message of an FMU from now on, as it comes."""
     _followers.append(tell)
 
 
-def _line(time: float | None, status: int, text: str) -> str:
-    return f"{'' if time is None else f't = {time:.9g} s, '}{STATUS_NAMES.get(status, status)}: {text}"
+def unfollow(tell: Callable[[Message], None]) -> None:
+    """Call a function no more that was given to `follow`."""
+    _followers.remove(tell)
 
 
 def _readable(message: bytes | None) -> str:
@@ -36,6 +74,11 @@ def _readable(message: bytes | None) -> str:
 
 class Log:
     """The newest messages of one instance.
+
+    Parameters
+    ----------
+    component
+        Name of the instance.
 
     Attributes
     ----------
@@ -49,12 +92,13 @@ class Log:
         Whether messages are dropped.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, component: str = "") -> None:
+        self._component = component
         self.number = next(_numbers)
         self._time = 0.0
         self.clock: Callable[[], float] | None = None
         self.muted = False
-        self._entries: deque[tuple[float, int, str]] = deque(maxlen=_LENGTH)
+        self._entries: deque[Message] = deque(maxlen=_LENGTH)
 
     @property
     def time(self) -> float:
@@ -75,26 +119,28 @@ class Log:
 
     def add(self, status: int, message: bytes | None) -> None:
         """File a message of the FMU."""
-        if self.muted:
-            return
-        text = _readable(message)
-        self._entries.append((self.time, status, text))
-        for tell in _followers:
-            tell(_line(self.time, status, text))
+        if not self.muted:
+            self._file(status, _readable(message))
 
     def add_warning(self, function: str) -> None:
         """File that a function returned warning, unless the FMU itself said so in this step."""
-        if not any(time == self.time and status == 1 for time, status, _ in self._entries):
-            self._entries.append((self.time, 1, f"{function} returned warning"))
+        if not any(each.time == self.time and each.status == 1 for each in self._entries):
+            self._file(1, f"{function} returned warning")
+
+    def _file(self, status: int, text: str) -> None:
+        message = Message(component=self._component, time=self.time, status=status, text=text)
+        self._entries.append(message)
+        for tell in _followers:
+            tell(message)
 
     def texts(self) -> tuple[str, ...]:
         """All messages, oldest first, one line each."""
-        return tuple(_line(*entry) for entry in self._entries)
+        return tuple(str(each) for each in self._entries)
 
     def cause(self) -> str:
         """The gravest message of the current step (the newest such) after a colon, or nothing."""
-        current = [(status, text) for time, status, text in self._entries if time == self.time]
+        current = [each for each in self._entries if each.time == self.time]
         if not current:
             return ""
-        gravest = max(status for status, _ in current)
-        return next(f": {text}" for status, text in reversed(current) if status == gravest)
+        gravest = max(each.status for each in current)
+        return next(f": {each.text}" for each in reversed(current) if each.status == gravest)

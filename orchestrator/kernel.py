@@ -221,6 +221,14 @@ def compact(unit, units, heap):  # type: ignore[no-untyped-def]
     units[unit, BASE] += row - kept
 
 
+@_compiled
+def make_room(units, heap):  # type: ignore[no-untyped-def]
+    """Compact the histories of all components, whose samples have been taken away: they then fill up together."""
+    for unit in range(units.shape[0]):
+        if units[unit, NEWEST] + 1 - units[unit, BASE] > units[unit, KEPT]:
+            compact(unit, units, heap)
+
+
 @_inlined
 def next_row(unit, units, heap):  # type: ignore[no-untyped-def]
     """Place in the heap of the row of a component's next sample; -1 where samples have to be taken away first."""

@@ -1,4 +1,4 @@
-"""The command `tlpsim`: build, run, check, swap, export, info, figures, bem.
+"""The command `tlpsim`: build, run, resume, check, swap, export, info, figures, bem.
 
 Heavy imports stand inside the commands, so that `tlpsim --help` answers at once.
 """
@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tlpsim.loads.errors import ScenarioError, TlpsimError
+from tlpsim.scenarios.cli_options import Duration, Seed, Settings, interruptible, load
+from tlpsim.scenarios.cli_run import resume, run
 
 if TYPE_CHECKING:
-    from tlpsim.orchestrator.coupling_report import CouplingMeter
     from tlpsim.orchestrator.system import System
-    from tlpsim.scenarios.schema import Scenario
 
 app = typer.Typer(
     name="tlpsim",
@@ -31,12 +31,6 @@ app = typer.Typer(
 )
 
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a key of the scenario, as in waves.significant_height=9."),
-]
-Duration = Annotated[str | None, typer.Option(metavar="S", help="Duration in s, or with a unit: 3h.")]
-Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of wind and waves.")]
 HullFile = Annotated[Path, typer.Argument(metavar="HULL", help="HULL.toml, or a mesh: .gdf, .dat, .mar, .stl.")]
 DatabaseFile = Annotated[
     Path,
@@ -62,100 +56,8 @@ def build(
         typer.echo(path)
 
 
-@app.command()
-def run(
-    files: Annotated[
-        list[str],
-        typer.Argument(metavar="SYSTEM...", help="Scenario (.toml), system description (.ssp, .ssd), or FMUs."),
-    ],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="Results file (HDF5).")],
-    duration: Duration = None,
-    seed: Seed = None,
-    settings: Settings = None,
-    monolithic: Annotated[
-        bool, typer.Option("--monolithic", help="One loop over the built-in models, without FMUs.")
-    ] = False,
-    connect: Annotated[
-        list[str] | None, typer.Option("--connect", metavar="A.Y=B.U", help="Connect an output to an input (FMUs).")
-    ] = None,
-    step: Annotated[
-        list[str] | None, typer.Option("--step", metavar="[A=]S", help="Step in s, of all FMUs or of one.")
-    ] = None,
-    stop: Annotated[str | None, typer.Option("--stop", metavar="S", help="Stop time in s (not for scenarios).")] = None,
-    start: Annotated[
-        str | None, typer.Option("--start", metavar="S", help="Start time in s (not for scenarios).")
-    ] = None,
-    coupling: Annotated[
-        bool, typer.Option("--coupling", help="Measure the errors of interpolation and extrapolation.")
-    ] = False,
-) -> None:
-    """Run a scenario and print the response by degree of freedom, or run any system and print its outputs."""
-    if Path(files[0]).suffix != ".toml":
-        if monolithic or seed is not None or duration is not None:
-            raise ScenarioError("--monolithic, --seed and --duration are for scenarios: use --stop, --step and --set")
-        _run_generic(files, output, connect or [], step or [], settings or [], stop, start, coupling)
-        return
-    if len(files) > 1 or connect or step or stop or start:
-        raise ScenarioError(
-            "--connect, --step, --start and --stop are not for scenarios, which stand alone: use --duration and --set"
-        )
-    if coupling and monolithic:
-        raise ScenarioError("--coupling measures connections, and a monolithic run has none: leave one of the two out")
-    from tlpsim.scenarios.console import print_summary, progress_bar
-    from tlpsim.scenarios.run import run_scenario
-
-    chosen = _load(Path(files[0]), duration, seed, settings)
-    told = f"interrupted; the samples so far are in {output}.part"
-    meters = _meters(coupling)
-    with _interruptible(told), progress_bar(chosen.simulation.duration) as progress:
-        results = run_scenario(chosen, output, observers=[progress, *meters], monolithic=monolithic)
-    print_summary(results)
-    _print_measures(meters)
-    typer.echo(f"results: {output}{' (monolithic)' if monolithic else ''}")
-
-
-def _run_generic(
-    files: list[str],
-    output: Path,
-    connect: list[str],
-    steps: list[str],
-    settings: list[str],
-    stop: str | None,
-    start: str | None,
-    coupling: bool,
-) -> None:
-    from tlpsim.orchestrator.system import check as check_system
-    from tlpsim.scenarios.console import print_summary, progress_bar
-    from tlpsim.scenarios.generic import experiment, opened, run_system, seconds
-
-    end = None if stop is None else seconds(stop, "--stop")
-    begin = None if start is None else seconds(start, "--start")
-    with opened(files, connect, steps, settings) as description:
-        for note in (*description.notes, *check_system(description.system)):
-            typer.echo(f"note: {note}")
-        told = f"interrupted; the samples so far are in {output}.part"
-        with _interruptible(told), progress_bar(experiment(description, end, begin)[1]) as progress:
-            meters = _meters(coupling)
-            results = run_system(description, output, end, begin, observers=[progress, *meters])
-    print_summary(results)
-    _print_measures(meters)
-    typer.echo(f"results: {output}")
-
-
-def _meters(wanted: bool) -> list[CouplingMeter]:
-    """The observer of `--coupling`, where it is wanted."""
-    if not wanted:
-        return []
-    from tlpsim.orchestrator.coupling_report import CouplingMeter
-
-    return [CouplingMeter()]
-
-
-def _print_measures(meters: list[CouplingMeter]) -> None:
-    if meters:
-        from tlpsim.scenarios.coupling import print_measures
-
-        print_measures(meters[0].measures())
+app.command()(run)
+app.command()(resume)
 
 
 @app.command()
@@ -169,7 +71,7 @@ def export(
     """Write a scenario's FMUs, parameters and wiring as a system description of the standard SSP."""
     from tlpsim.scenarios.generic import export as export_scenario
 
-    typer.echo(f"system: {export_scenario(_load(scenario, duration, seed, settings), output)}")
+    typer.echo(f"system: {export_scenario(load(scenario, duration, seed, settings), output)}")
 
 
 @app.command()
@@ -219,7 +121,7 @@ def swap(
     from tlpsim.scenarios.swap import print_swap, write_scenario
     from tlpsim.scenarios.swap import swap as compare
 
-    found = compare(_load(scenario, None, None, settings), name, fmu)
+    found = compare(load(scenario, None, None, settings), name, fmu)
     print_swap(found)
     if write is not None:
         write_scenario(found, scenario, write)
@@ -236,7 +138,7 @@ def _checked(
     if file.suffix == ".toml":
         from tlpsim.scenarios.assemble import assembled
 
-        chosen = _load(file, duration, seed, settings)
+        chosen = load(file, duration, seed, settings)
         with assembled(chosen) as assembly:
             origins = {name: entry.fmu for name, entry in chosen.components.items()}
             yield chosen.title, assembly.system, assembly.notes, origins, 0
@@ -289,7 +191,7 @@ def bem(
     ] = None,
 ) -> None:
     """Radiation, diffraction and mean drift of a hull by boundary elements, into a hydrodynamic database."""
-    with _interruptible("interrupted; nothing was written"):
+    with interruptible(lambda: "interrupted; nothing was written"):
         from tlpsim.loads.bem.quadratic_transfer import write_quadratic_transfer
         from tlpsim.scenarios.hull import read_hull
         from tlpsim.scenarios.hydro import (
@@ -398,7 +300,7 @@ def figures(
         raise ScenarioError("--database is for the figures 'hydro': name a scenario with --scenario")
     from tlpsim.scenarios.figures import draw_processes
 
-    for path in draw_processes(output, _load(scenario, None, None, settings) if scenario else None):
+    for path in draw_processes(output, load(scenario, None, None, settings) if scenario else None):
         typer.echo(path)
 
 
@@ -406,30 +308,9 @@ def _hydro_figures(folder: Path, database: Path | None) -> None:
     from tlpsim.loads.bem.database import read
     from tlpsim.scenarios.hydro_figures import draw_hydrodynamics, reference_database
 
-    with _interruptible("interrupted"):
+    with interruptible(lambda: "interrupted"):
         for path in draw_hydrodynamics(folder, read(database) if database else reference_database()):
             typer.echo(path)
-
-
-@contextmanager
-def _interruptible(told: str) -> Iterator[None]:
-    """On Ctrl-C, tell so and leave with the exit code of an interrupt."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        typer.echo(f"tlpsim: {told}", err=True)
-        raise typer.Exit(130) from None
-
-
-def _load(path: Path, duration: str | None, seed: int | None, settings: list[str] | None) -> Scenario:
-    from tlpsim.scenarios.schema import Scenario
-
-    overrides = list(settings or [])
-    if duration is not None:
-        overrides.append(f"simulation.duration={duration}")
-    if seed is not None:
-        overrides.append(f"simulation.seed={seed}")
-    return Scenario.load(path, overrides)
 
 
 def _show_warning(message: Warning | str, *origin: object, **_: object) -> None:

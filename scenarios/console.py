@@ -14,28 +14,35 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from tlpsim.orchestrator import fmu_log
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import System, loops
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.description import FmuDescription
+    from tlpsim.orchestrator.execution import RunSummary
+    from tlpsim.orchestrator.isolation import IsolatedInstance
     from tlpsim.scenarios.results import Results
 
 REFRESH = 0.1  # s of wall time between two drawings of the progress bar
+_MOST_MESSAGES = 10  # of one FMU, that differ
 
 output = Console(highlight=False)
 messages = Console(stderr=True, highlight=False)
 
 
 class ProgressBar(Observer):
-    """Draws simulated time, speed and time left, now and then."""
+    """Draws simulated time, speed and time left, now and then; shows what FMUs warn of."""
 
-    def __init__(self, progress: Progress, duration: float) -> None:
+    def __init__(self, progress: Progress, duration: float, begin: float) -> None:
         self._progress = progress
-        self._task = progress.add_task("starting", total=duration, speed="")
+        self._begin = begin
+        self._task = progress.add_task("starting", total=duration, completed=begin, speed="")
         self._interrupted = False
         self._began = self._drawn = monotonic()
+        self._shown: dict[str, set[tuple[int, str]]] = {}
+        self._apart: list[IsolatedInstance] = []
 
     def interrupt(self, *_: object) -> None:
         """Handler of Ctrl-C: the run ends at the next sample, since an exception inside an FMU would be its failure."""
@@ -43,20 +50,41 @@ class ProgressBar(Observer):
 
     def started(self, system: System) -> None:
         """Take the time from here: loading is over."""
+        from tlpsim.orchestrator.isolation import IsolatedInstance
+
         self._began = monotonic()
+        self._apart = [each.instance for each in system.components if isinstance(each.instance, IsolatedInstance)]
 
     def sampled(self, index: int, times: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Draw when it is time to; end the run when it was interrupted."""
         if self._interrupted:
             raise KeyboardInterrupt
         now = monotonic()
-        if now - self._drawn >= REFRESH:
+        time = times[-1] / NANOSECONDS_PER_SECOND
+        if now - self._drawn >= REFRESH and time > self._begin:
             self._drawn = now
-            self._draw(times[-1] / NANOSECONDS_PER_SECOND, now)
+            self._draw(time, now)
+
+    def stopped(self, reason: BaseException | None, summary: RunSummary) -> None:
+        """Show what components in processes of their own have in their logs."""
+        for instance in self._apart:
+            for line in instance.messages:
+                message = fmu_log.parsed(instance.name, line)
+                if message is not None:
+                    self.tell(message)
+
+    def tell(self, message: fmu_log.Message) -> None:
+        """Show a message of an FMU that is a warning or worse, unless the same was shown before at another time."""
+        shown = self._shown.setdefault(message.component, set())
+        if message.status < 1 or (message.status, message.text) in shown or len(shown) > _MOST_MESSAGES:
+            return
+        shown.add((message.status, message.text))
+        said = str(message) if len(shown) <= _MOST_MESSAGES else "further messages are not shown"
+        messages.print(f"tlpsim: {message.component}: {said}", markup=False, soft_wrap=True)
 
     def _draw(self, time: float, now: float) -> None:
         total = self._progress.tasks[0].total or time
-        speed = f"{time / (now - self._began):,.0f} × real time"
+        speed = f"{(time - self._begin) / (now - self._began):,.0f} × real time"
         self._progress.update(
             self._task, completed=min(time, total), description=f"{time:,.0f} of {total:,.0f} s", speed=speed
         )
@@ -64,17 +92,29 @@ class ProgressBar(Observer):
 
 
 @contextmanager
-def progress_bar(duration: float) -> Iterator[ProgressBar]:
-    """Progress bar on the error stream, for a run of so many simulated seconds; Ctrl-C ends the run in good order."""
+def progress_bar(duration: float, begin: float = 0.0) -> Iterator[ProgressBar]:
+    """Progress bar on the error stream, for a run up to a time (s); Ctrl-C ends the run in good order.
+
+    Warnings and worse that FMUs log are shown meanwhile, each once.
+
+    Parameters
+    ----------
+    duration
+        Time at the end of the run, s.
+    begin
+        Time at which the run goes on, s.
+    """
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[speed]}"), TimeRemainingColumn())
     # Drawn by hand: a drawing thread would take time from the FMUs, which run in this process.
     quiet = not messages.is_terminal
     with Progress(*columns, console=messages, auto_refresh=False, transient=True, disable=quiet) as progress:
-        bar = ProgressBar(progress, duration)
+        bar = ProgressBar(progress, duration, begin)
         before = signal.signal(signal.SIGINT, bar.interrupt)
+        fmu_log.follow(bar.tell)
         try:
             yield bar
         finally:
+            fmu_log.unfollow(bar.tell)
             signal.signal(signal.SIGINT, before)
 
 

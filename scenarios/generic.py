@@ -13,6 +13,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from tlpsim.loads.errors import ScenarioError, TlpsimError
+from tlpsim.orchestrator.checkpoint import Checkpoints
 from tlpsim.orchestrator.clock import to_positive_ticks, to_seconds, to_ticks
 from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.execution import run
@@ -107,6 +108,7 @@ def run_system(
     stop: float | None = None,
     start: float | None = None,
     observers: Sequence[Observer] = (),
+    checkpoints: Checkpoints | None = None,
 ) -> Results:
     """Run a system and open its results.
 
@@ -120,6 +122,8 @@ def run_system(
         Stop and start time in s; those of the description where not given, and a start at 0.
     observers
         Who else gets the samples as they come.
+    checkpoints
+        Where the state of the run is kept, see `tlpsim.scenarios.resume.checkpointed`.
 
     Raises
     ------
@@ -132,7 +136,8 @@ def run_system(
     )
     writer = ResultsWriter(destination, recording)
     try:
-        run(description.system, recording.end, start=to_ticks(begin, "start time"), observers=[writer, *observers])
+        first = to_ticks(begin, "start time")
+        run(description.system, recording.end, first, observers=[writer, *observers], checkpoints=checkpoints)
     except TlpsimError as error:
         if not writer.has_started:
             raise

@@ -211,6 +211,18 @@ def open_results(path: str | Path) -> Results:
         )
 
 
+def is_being_written(destination: str | Path) -> bool:
+    """Whether a run that goes on writes this results file."""
+    path = Path(destination)
+    try:
+        h5py.File(path.with_name(path.name + ".part"), "r").close()
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
 @contextmanager
 def _open(path: Path) -> Iterator[h5py.File]:
     part = path.with_name(path.name + ".part")

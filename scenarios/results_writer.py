@@ -1,9 +1,9 @@
 """Writing of results while a run goes, in the layout of `tlpsim.scenarios.results`.
 
 Samples are gathered by component in chunks of some megabytes, which go to the file as they are: the signals of a storm
-would shrink by a tenth, and packing them would take longer than the run. About once a second the file is brought to where
-a reader finds all samples so far. A chunk that is not full stays in its place then, so that a killed run leaves a file that
-holds what it had at that moment.
+would shrink by a fifth, and packing them would take longer than quick components. About once a second the file is
+brought to where a reader finds all samples so far. A chunk that is not full yet keeps its place in the file from then
+on, so that a killed run leaves a file that holds what it had at that moment.
 """
 
 import datetime

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from tlpsim.loads.errors import TlpsimError
+from tlpsim.loads.errors import ScenarioError, TlpsimError
+from tlpsim.orchestrator.checkpoint import Checkpoints
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.observers import Observer
@@ -16,7 +17,12 @@ from tlpsim.scenarios.schema import Scenario
 
 
 def run_scenario(
-    scenario: Scenario, destination: str | Path, observers: Sequence[Observer] = (), *, monolithic: bool = False
+    scenario: Scenario,
+    destination: str | Path,
+    observers: Sequence[Observer] = (),
+    *,
+    monolithic: bool = False,
+    checkpoints: Checkpoints | None = None,
 ) -> Results:
     """Run a scenario and open its results.
 
@@ -32,6 +38,8 @@ def run_scenario(
     monolithic
         Run the models of the built-in components in one loop instead of their FMUs, see
         `tlpsim.scenarios.monolithic`.
+    checkpoints
+        Where the state of the run is kept, see `tlpsim.scenarios.resume.checkpointed`.
 
     Raises
     ------
@@ -39,6 +47,8 @@ def run_scenario(
         When the scenario, an FMU, the wiring, a step or the destination is at fault; the message says which.
     """
     if monolithic:
+        if checkpoints is not None:
+            raise ScenarioError("checkpoints keep the state of FMUs, and a monolithic run has none: leave one out")
         from tlpsim.scenarios.monolithic import MonolithicWriter, run_monolithic
 
         writer: ResultsWriter = MonolithicWriter(destination, scenario)
@@ -51,7 +61,7 @@ def run_scenario(
     with assembled(scenario) as assembly:
         stop = to_ticks(scenario.simulation.duration, "simulation.duration")
         try:
-            run(assembly.system, stop, observers=[writer, *observers])
+            run(assembly.system, stop, observers=[writer, *observers], checkpoints=checkpoints)
         except TlpsimError as error:
             raise _with_part(error, writer) from error
     return open_results(destination)

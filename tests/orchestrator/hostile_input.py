@@ -211,14 +211,16 @@ _SYSTEM = """<?xml version="1.0" encoding="UTF-8"?>
 <ssd:Connectors><ssd:Connector name="y[1]" kind="output"><ssc:Real unit="m"/></ssd:Connector></ssd:Connectors>
 <ssd:Annotations><ssc:Annotation type="org.tlpsim"><own:Component step="0.1" inputsAt="end"/></ssc:Annotation>
 </ssd:Annotations></ssd:Component>
-<ssd:System name="inner"><ssd:Connectors><ssd:Connector name="in" kind="input"/><ssd:Connector name="out" kind="output"/>
+<ssd:System name="inner"><ssd:Connectors><ssd:Connector name="in" kind="input"/>
+<ssd:Connector name="out" kind="output"/>
 </ssd:Connectors><ssd:Elements><ssd:Component name="b" source="FMU"><ssd:Annotations>
 <ssc:Annotation type="org.tlpsim"><own:Component step="0.2"/></ssc:Annotation></ssd:Annotations></ssd:Component>
 </ssd:Elements><ssd:Connections>
 <ssd:Connection startConnector="in" endElement="b" endConnector="u[1]" suppressUnitConversion="true"/>
 <ssd:Connection startElement="b" startConnector="y[2]" endConnector="out" suppressUnitConversion="true"/>
 </ssd:Connections></ssd:System></ssd:Elements><ssd:Connections>
-<ssd:Connection startElement="a" startConnector="y[1]" endElement="inner" endConnector="in" suppressUnitConversion="true">
+<ssd:Connection startElement="a" startConnector="y[1]" endElement="inner" endConnector="in"
+ suppressUnitConversion="true">
 <ssc:LinearTransformation factor="2.0" offset="0.5"/></ssd:Connection>
 <ssd:Connection startElement="inner" startConnector="out" endElement="a" endConnector="u[2]"
  suppressUnitConversion="true"><ssd:Annotations><ssc:Annotation type="org.tlpsim">

@@ -1,6 +1,5 @@
 """Systems without a platform: FMUs by themselves, system descriptions, and scenarios that become one."""
 
-import importlib.util
 import json
 import re
 import shutil
@@ -19,21 +18,6 @@ from tlpsim.scenarios.generic import export, opened, run_system
 from tlpsim.scenarios.results import ResultsError, open_results
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
-
-MASTER_TESTS = Path(__file__).parents[1] / "orchestrator"
-
-
-@pytest.fixture(scope="session")
-def chain(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The native test FMU of the master's tests: y' = k u - y, u in N, y in m."""
-    spec = importlib.util.spec_from_file_location("chain_fmu", MASTER_TESTS / "native_fmu.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    if module.COMPILER is None:
-        pytest.skip(module.NO_COMPILER)
-    return Path(module.build(tmp_path_factory.mktemp("chain"), 2))
 
 
 def tlpsim(*arguments: object) -> str:

@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.errors import ScenarioError, StepError
-from tlpsim.orchestrator.execution import run
+from tlpsim.orchestrator.execution import RunSummary, run
 from tlpsim.orchestrator.instance import PythonInstance, Values
 from tlpsim.orchestrator.system import Component, Connection, System
-from tlpsim.scenarios import results as results_module
-from tlpsim.scenarios.results import BLOCK, ResultsError, ResultsWriter, open_results, select_signals
+from tlpsim.scenarios import results_writer
+from tlpsim.scenarios.recording import Recording, select_signals
+from tlpsim.scenarios.results import ResultsError, is_being_written, open_results
+from tlpsim.scenarios.results_writer import ResultsWriter, chunk_length
 from tlpsim.scenarios.schema import Scenario
 
 SECOND = 1_000_000_000
@@ -78,8 +80,8 @@ def test_a_run_is_read_back_as_it_was(tmp_path: Path) -> None:
     # In the order of the component, by the contract's names, "time" and "/" notwithstanding.
     assert results.signals("platform") == ("position.surge", "tendon_tension[1]", "time", "a/b")
     assert results.signals("wind") == ("force.surge",)
-    # More than one block, and times without accumulated error.
-    assert len(results.time("platform")) == 3001 > BLOCK
+    # Times without accumulated error.
+    assert len(results.time("platform")) == 3001
     assert np.array_equal(results.time("platform"), np.arange(3001) / 10)
     assert np.array_equal(results.signal("platform.tendon_tension[1]"), np.arange(3001))
     assert np.array_equal(results.signal("platform.position.surge")[1:], np.arange(3000) / 10 + 0.1)
@@ -175,13 +177,20 @@ import os, signal, sys
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.instance import PythonInstance
 from tlpsim.orchestrator.system import Component, System
-from tlpsim.scenarios.results import ResultsWriter
+from tlpsim.scenarios import results_writer
+from tlpsim.scenarios.results_writer import ResultsWriter
 from tlpsim.scenarios.schema import Scenario
+
+results_writer.FLUSH_INTERVAL = 0.0
+results_writer._FLUSH_SHARE = 1.0
 
 def step(values, time, size):
     values["x"] = time + size
     if time > 250.0:
-        os.kill(os.getpid(), signal.SIGKILL)
+        if sys.argv[2] == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        print("here", flush=True)
+        sys.stdin.readline()
 
 platform = Component(instance=PythonInstance("platform", step, outputs={"x": 0.0}), step=100_000_000)
 run(System(components=(platform,)), 3600 * 10**9, observers=[ResultsWriter(sys.argv[1], Scenario())])
@@ -189,18 +198,38 @@ run(System(components=(platform,)), 3600 * 10**9, observers=[ResultsWriter(sys.a
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs POSIX signals")
-def test_a_killed_run_can_be_read_up_to_its_last_block(tmp_path: Path) -> None:
+def test_a_killed_run_can_be_read_up_to_its_last_flush(tmp_path: Path) -> None:
     path = tmp_path / "storm.h5"
-    process = subprocess.run([sys.executable, "-c", KILLED, str(path)], check=False)
+    process = subprocess.run([sys.executable, "-c", KILLED, str(path), "kill"], check=False)
     assert process.returncode == -signal.SIGKILL
+    check_beginning(path)
+
+
+def test_a_run_can_be_read_while_it_goes(tmp_path: Path) -> None:
+    path = tmp_path / "storm.h5"
+    pipe = subprocess.PIPE
+    process = subprocess.Popen([sys.executable, "-c", KILLED, str(path), "wait"], stdin=pipe, stdout=pipe)
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"here\n"
+    assert is_being_written(path)
+    check_beginning(path)
+    process.kill()
+    process.communicate()
+    assert not is_being_written(path)
+
+
+def check_beginning(path: Path) -> None:
+    """The samples that a run had written when it came to a time of 250 s, all of them right."""
     results = open_results(f"{path}.part")
     assert results.status == "running"
-    assert np.array_equal(results.time("platform"), np.arange(BLOCK) / 10)
-    assert np.array_equal(results.signal("platform.x")[1:], np.arange(BLOCK - 1) / 10 + 0.1)
+    count = len(results.time("platform"))
+    assert 1 < count <= 2502
+    assert np.array_equal(results.time("platform"), np.arange(count) / 10)
+    assert np.array_equal(results.signal("platform.x")[1:], np.arange(count - 1) / 10 + 0.1)
 
 
 def test_memory_does_not_grow_with_the_run(tmp_path: Path) -> None:
-    """Sixty-four thousand samples of twenty signals are 10 MB; the buffers hold 2048 of them, 0.3 MB."""
+    """Two hundred thousand samples of twenty signals are 40 MB; a chunk holds 16384 of them, 2.8 MB."""
     outputs = dict.fromkeys([f"x{number}" for number in range(20)], 0.0)
     platform = PythonInstance("platform", lambda values, time, size: None, outputs=outputs)
     writer = ResultsWriter(tmp_path / "storm.h5", Scenario().with_(**{"simulation.duration": "7 h"}))
@@ -211,12 +240,84 @@ def test_memory_does_not_grow_with_the_run(tmp_path: Path) -> None:
         for sample in samples[::500]:
             writer.sampled(0, np.arange(sample, sample + 500) * SECOND // 10, values)
 
-    feed(range(2 * BLOCK))
+    feed(range(20_000))
     tracemalloc.start()
-    feed(range(2 * BLOCK, 32 * BLOCK))
+    feed(range(20_000, 200_000))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 1_000_000
+
+
+def test_chunks_fill_the_file_and_keep_within_the_memory() -> None:
+    assert chunk_length(15, 201) == 201
+    assert [chunk_length(15, 16384), chunk_length(15, 16385)] == [16384, 8193]
+    assert chunk_length(57, 108_001) == 8308  # 13 chunks of 108 004 samples in all
+    assert chunk_length(10_000, 10**9) == 1024
+    assert chunk_length(1, 0) == 1
+
+
+EMPTY = RunSummary(start=0, stop=0, components=(), wall_time=0.0, initialization_sweeps=0, notes=())
+
+
+def changing(path: Path, samples: int, flush: bool) -> np.ndarray:
+    """Record samples of signals that change now and then, of 40000 that the run is to have; return them."""
+    chance = np.random.Generator(np.random.Philox(5))
+    names = ["steady", "late", "zero", "walk"]
+    values = np.zeros((40_000, 4))
+    values[:, 0] = 7.0
+    values[30_000:, 1] = 1.0
+    values[20_000:, 2] = -0.0  # equal to the first value, but for its bits
+    values[:, 3] = np.cumsum(chance.standard_normal(40_000))
+    component = PythonInstance("c", lambda values, time, size: None, outputs=dict.fromkeys(names, 0.0))
+    writer = ResultsWriter(path, Recording(title="Changing", end=39_999 * (SECOND // 10)))
+    writer.started(System(components=(Component(instance=component, step=SECOND // 10),)))
+    first = 0
+    while first < samples:
+        count = min(int(chance.integers(1, 3000)), samples - first)
+        writer.sampled(0, np.arange(first, first + count) * (SECOND // 10), values[first : first + count])
+        first += count
+        writer._due = 0.0 if flush else np.inf
+    writer.stopped(None, EMPTY)
+    return values[:samples]
+
+
+@pytest.mark.parametrize("samples", [1, 13_334, 13_335, 40_000])
+@pytest.mark.parametrize("flush", [False, True])
+def test_every_bit_is_kept_whenever_the_file_is_written(tmp_path: Path, samples: int, flush: bool) -> None:
+    values = changing(tmp_path / "r.h5", samples, flush)
+    results = open_results(tmp_path / "r.h5")
+    assert np.array_equal(results.time("c"), np.arange(samples) / 10)
+    for column, name in enumerate(results.signals("c")):
+        assert results.signal(f"c.{name}").tobytes() == values[:, column].tobytes()
+
+
+def test_steady_signals_take_no_room(tmp_path: Path) -> None:
+    changing(tmp_path / "r.h5", 40_000, flush=True)
+    with h5py.File(tmp_path / "r.h5") as file:
+        chunks = {name: dataset.id.get_num_chunks() for name, dataset in file["c"].items()}
+    assert chunks == {"time": 3, "steady": 0, "late": 1, "zero": 2, "walk": 3}
+    assert (tmp_path / "r.h5").stat().st_size < 9 * 8 * 13_334 + 40_000
+
+
+def test_steady_signals_are_read_by_netcdf(tmp_path: Path) -> None:
+    netcdf = pytest.importorskip("netCDF4")
+    changing(tmp_path / "r.h5", 40_000, flush=False)
+    with netcdf.Dataset(tmp_path / "r.h5") as file:
+        steady = file["c"]["steady"]
+        assert "_FillValue" not in steady.ncattrs()
+        assert not np.ma.is_masked(steady[:])
+        assert set(steady[:]) == {7.0}
+
+
+def test_a_run_without_a_sample_can_be_opened(tmp_path: Path) -> None:
+    writer = ResultsWriter(tmp_path / "storm.h5", scenario())
+    writer.started(system())
+    writer.stopped(StepError("at once"), EMPTY)
+    results = open_results(writer.part_path)
+    assert results.status == "failed: at once"
+    assert list(results.components) == ["wind", "platform"]
+    assert results.signals("wind") == ()
+    assert results.time("wind").shape == (0,)
 
 
 def test_a_long_scenario_fits(tmp_path: Path) -> None:
@@ -253,10 +354,10 @@ def test_two_runs_do_not_write_one_file(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(buffer: object) -> None:
+    def full(group: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(results_module._Buffer, "write", full)
+    monkeypatch.setattr(results_writer._Group, "store", full)
     with pytest.raises(ResultsError, match=r"storm\.h5\.part: .* cannot be written: .*No space left"):
         write(tmp_path / "storm.h5", scenario())
     assert not (tmp_path / "storm.h5").exists()

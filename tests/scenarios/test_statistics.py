@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.instance import PythonInstance, Values
 from tlpsim.orchestrator.system import Component, System
-from tlpsim.scenarios.results import Results, ResultsError, ResultsWriter, open_results
+from tlpsim.scenarios.results import Results, ResultsError, open_results
+from tlpsim.scenarios.results_writer import ResultsWriter
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.statistics import band_statistics, extreme_tensions, summary
 
