@@ -110,9 +110,10 @@ def _killed(process: subprocess.Popen[bytes], path: Path, delay: float) -> bool:
     try:
         process.wait(delay)
     except subprocess.TimeoutExpired:
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
-        return path.exists()
+        if path.exists():  # or else all steps are made
+            os.kill(process.pid, signal.SIGKILL)
+            process.wait()
+            return path.exists()
     return False
 
 

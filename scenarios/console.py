@@ -38,7 +38,8 @@ class ProgressBar(Observer):
     def __init__(self, progress: Progress, duration: float, begin: float) -> None:
         self._progress = progress
         self._begin = begin
-        self._task = progress.add_task("starting", total=duration, completed=begin, speed="")
+        self._task = progress.add_task("starting", total=duration, speed="")
+        progress.update(self._task, completed=begin)
         self._interrupted = False
         self._began = self._drawn = monotonic()
         self._shown: dict[str, set[tuple[int, str]]] = {}

@@ -172,10 +172,12 @@ class ResultsWriter(Observer):
             [self._recording.name(component.name, output) for output in outputs]
             for component, outputs in zip(system.components, bound, strict=True)
         ]
+        # What is read for the links' sake alone, such as a local derivative, is no result.
         signals = [
             f"{component.name}.{name}"
-            for component, variables in zip(system.components, names, strict=True)
-            for name in variables
+            for component, outputs, variables in zip(system.components, bound, names, strict=True)
+            for output, name in zip(outputs, variables, strict=True)
+            if component.instance.variables[output].causality == "output"
         ]
         chosen = select_signals(signals, self._recording.signals)
         try:

@@ -31,7 +31,7 @@ def test_commands_in_code_exist(document: Path) -> None:
     assert named <= known
 
 
-@pytest.mark.parametrize("command", ["build", "run", "check", "swap", "export", "info", "bem", "figures"])
+@pytest.mark.parametrize("command", ["build", "run", "resume", "check", "swap", "export", "info", "bem", "figures"])
 def test_every_command_has_help(command: str) -> None:
     result = CliRunner().invoke(app, [command, "--help"])
     assert result.exit_code == 0
