@@ -30,7 +30,7 @@ lint: $(READY)
 
 # A mapped editable install cannot be followed by mypy: check a regular install of the same sources.
 types: $(READY)
-	rm -rf build/types
+	rm -rf build
 	$(BIN)/pip install --quiet --no-deps --target build/types .
 	cd build/types && MYPYPATH=. $(abspath $(BIN))/mypy --config-file $(abspath pyproject.toml) -p tlpsim
 

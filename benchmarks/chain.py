@@ -23,7 +23,7 @@ from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import StepError
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import FmuInstance
+from tlpsim.orchestrator.fmi.fmi2 import FmuInstance
 from tlpsim.orchestrator.instance import PythonInstance, Values
 from tlpsim.orchestrator.observers import MemoryRecorder, Observer
 from tlpsim.orchestrator.system import Component, System

@@ -27,10 +27,10 @@ from native_fmu import FAULTS, build  # noqa: E402
 from tlpsim.loads.errors import TlpsimError  # noqa: E402
 from tlpsim.orchestrator.checkpoint import Checkpoints, read  # noqa: E402
 from tlpsim.orchestrator.execution import Master, run  # noqa: E402
-from tlpsim.orchestrator.fmu import open_fmu  # noqa: E402
+from tlpsim.orchestrator.fmi.opening import open_fmu  # noqa: E402
 from tlpsim.orchestrator.isolation import IsolatedInstance  # noqa: E402
 from tlpsim.orchestrator.observers import MemoryRecorder, Observer  # noqa: E402
-from tlpsim.orchestrator.ssp import SystemDescription  # noqa: E402
+from tlpsim.orchestrator.ssp.annotations import SystemDescription  # noqa: E402
 from tlpsim.orchestrator.system import Component, System  # noqa: E402
 from tlpsim.scenarios.assemble import assembled  # noqa: E402
 from tlpsim.scenarios.generic import run_system  # noqa: E402

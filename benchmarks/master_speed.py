@@ -21,9 +21,9 @@ sys.path.insert(0, str(ROOT / "tests" / "orchestrator"))
 from native_fmu import build  # noqa: E402
 
 from tlpsim.orchestrator.execution import Master, run  # noqa: E402
-from tlpsim.orchestrator.fmu import open_fmu  # noqa: E402
-from tlpsim.orchestrator.native import call_step, call_values  # noqa: E402
-from tlpsim.orchestrator.ssp import SystemDescription  # noqa: E402
+from tlpsim.orchestrator.fmi.opening import open_fmu  # noqa: E402
+from tlpsim.orchestrator.loop.native import call_step, call_values  # noqa: E402
+from tlpsim.orchestrator.ssp.annotations import SystemDescription  # noqa: E402
 from tlpsim.orchestrator.system import Component, Connection, System  # noqa: E402
 from tlpsim.scenarios.generic import run_system  # noqa: E402
 

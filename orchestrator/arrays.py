@@ -10,7 +10,7 @@ import numpy as np
 
 from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import SYMMETRIC
-from tlpsim.orchestrator.model_variables import element_names
+from tlpsim.orchestrator.fmi.model_variables import element_names
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.system import System

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import TlpsimError, WiringError
-from tlpsim.orchestrator import kernel
+from tlpsim.orchestrator.loop import kernel
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import System, bound_outputs
 

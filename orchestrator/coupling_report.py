@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import frequency_response, hermite_weights, report
-from tlpsim.orchestrator.algorithms import order_of_ties
 from tlpsim.orchestrator.arrays import expanded
 from tlpsim.orchestrator.clock import to_seconds
-from tlpsim.orchestrator.coupling import LinkPlan, plan_links
-from tlpsim.orchestrator.layout import REQUEST_OFFSETS, link_weights
+from tlpsim.orchestrator.loop.algorithms import order_of_ties
+from tlpsim.orchestrator.loop.layout import REQUEST_OFFSETS, link_weights
+from tlpsim.orchestrator.loop.links import LinkPlan, plan_links
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import System, groups
 

@@ -1,6 +1,6 @@
 """A run: components are initialized, stepped on an integer clock, watched, and ended in good order.
 
-The steps themselves are made by a compiled loop (`tlpsim.orchestrator.kernel`), which comes back here for what it
+The steps themselves are made by a compiled loop (`tlpsim.orchestrator.loop.kernel`), which comes back here for what it
 cannot do: a component without addresses to call, weights of a filter that it has not met, samples to pass on to
 observers, and faults.
 
@@ -21,18 +21,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import DiscardError, FmuError, StepError, TlpsimError, WiringError
-from tlpsim.orchestrator import kernel
-from tlpsim.orchestrator.algorithms import algorithm_codes
 from tlpsim.orchestrator.arrays import expanded
 from tlpsim.orchestrator.checkpoint import Checkpoints, require_serializable, restore
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
-from tlpsim.orchestrator.coupling import plan_links
 from tlpsim.orchestrator.instance import Instance
-from tlpsim.orchestrator.iteration import iterate
-from tlpsim.orchestrator.layout import lay_out
+from tlpsim.orchestrator.loop import kernel
+from tlpsim.orchestrator.loop.algorithms import algorithm_codes
+from tlpsim.orchestrator.loop.iteration import iterate
+from tlpsim.orchestrator.loop.layout import lay_out
+from tlpsim.orchestrator.loop.links import plan_links
+from tlpsim.orchestrator.loop.windows import adapt, step_together
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import System, bound_outputs, check
-from tlpsim.orchestrator.windows import adapt, step_together
 
 FloatArray = NDArray[np.float64]
 

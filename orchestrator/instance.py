@@ -79,7 +79,7 @@ class Unit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NativeCalls:
-    """Addresses by which the compiled loop steps an instance without Python; see `tlpsim.orchestrator.native`.
+    """Addresses by which the compiled loop steps an instance without Python; see `tlpsim.orchestrator.loop.native`.
 
     Every address is a whole number. The instance keeps what they point to alive, and in its place, until it is bound
     again or freed.

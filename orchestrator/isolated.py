@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads import errors
-from tlpsim.orchestrator import fmu_log
+from tlpsim.orchestrator.fmi import log as fmu_log
 from tlpsim.orchestrator.instance import Instance
 
 REQUEST = struct.Struct("=bbqdd")

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from tlpsim.loads import errors
 from tlpsim.loads.errors import FmuError, StepError, TlpsimError
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.instance import Instance
 from tlpsim.orchestrator.isolated import (
     CALL,
@@ -144,8 +144,8 @@ class IsolatedInstance(Instance):
     Raises
     ------
     FmuError
-        As `tlpsim.orchestrator.description.read_description`, or if the function cannot be handed to a process. Every
-        other method raises it as well, if the component crashes, hangs or ends its process up to the end of the
+        As `tlpsim.orchestrator.fmi.description.read_description`, or if the function cannot be handed to a process.
+        Every other method raises it as well, if the component crashes, hangs or ends its process up to the end of the
         initialization; the message has the last lines of its log.
     StepError
         From other methods: if that happens afterwards.

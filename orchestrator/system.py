@@ -104,10 +104,10 @@ class Connection:
 
 
 ALGORITHMS = ("multirate", "sequential", "parallel", "iterative", "adaptive")
-"""How the components of a loop are stepped, see `tlpsim.orchestrator.algorithms`."""
+"""How the components of a loop are stepped, see `tlpsim.orchestrator.loop.algorithms`."""
 
 ACCELERATIONS = ("none", "aitken", "quasi_newton")
-"""Of the iteration, see `tlpsim.orchestrator.algorithms`."""
+"""Of the iteration, see `tlpsim.orchestrator.loop.algorithms`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

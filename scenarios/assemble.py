@@ -29,11 +29,11 @@ from tlpsim.loads import issc_tlp
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM, MORISON
 from tlpsim.loads.errors import SolverError, TlpsimError
 from tlpsim.orchestrator.clock import to_ticks
-from tlpsim.orchestrator.description import read_description
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.description import read_description
+from tlpsim.orchestrator.fmi.ode import SolverOptions
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.instance import Instance
 from tlpsim.orchestrator.isolation import IsolatedInstance
-from tlpsim.orchestrator.ode import SolverOptions
 from tlpsim.orchestrator.system import Adaptation, Component, Connection, Iteration, System, check, loops
 from tlpsim.orchestrator.table import TableInstance
 from tlpsim.scenarios.reading import expand

@@ -241,7 +241,7 @@ def info(
             print_system(title, system, notes, origins)
         return
     if file.suffix == ".fmu":
-        from tlpsim.orchestrator.description import read_description
+        from tlpsim.orchestrator.fmi.description import read_description
 
         print_fmu(read_description(file))
         return

@@ -14,14 +14,14 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from tlpsim.orchestrator import fmu_log
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
+from tlpsim.orchestrator.fmi import log as fmu_log
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import System, loops
 
 if TYPE_CHECKING:
-    from tlpsim.orchestrator.description import FmuDescription
     from tlpsim.orchestrator.execution import RunSummary
+    from tlpsim.orchestrator.fmi.description import FmuDescription
     from tlpsim.orchestrator.isolation import IsolatedInstance
     from tlpsim.scenarios.results import Results
 

@@ -15,14 +15,14 @@ from pathlib import Path
 from tlpsim.loads.errors import ScenarioError, TlpsimError
 from tlpsim.orchestrator.checkpoint import Checkpoints
 from tlpsim.orchestrator.clock import to_positive_ticks, to_seconds, to_ticks
-from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.description import read_description
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.instance import nearest_match
 from tlpsim.orchestrator.observers import Observer
-from tlpsim.orchestrator.ssp import SystemDescription
-from tlpsim.orchestrator.ssp_read import read_ssp
-from tlpsim.orchestrator.ssp_write import write_ssp
+from tlpsim.orchestrator.ssp.annotations import SystemDescription
+from tlpsim.orchestrator.ssp.read import read_ssp
+from tlpsim.orchestrator.ssp.write import write_ssp
 from tlpsim.orchestrator.system import Component, Connection, System, expanded
 from tlpsim.orchestrator.table import TABLE_ENDING, TableInstance
 from tlpsim.scenarios.quantities import TIME
@@ -166,7 +166,7 @@ def export(scenario: Scenario, destination: str | Path) -> Path:
     Raises
     ------
     TlpsimError
-        As `tlpsim.scenarios.assemble.assembled` and `tlpsim.orchestrator.ssp_write.write_ssp`.
+        As `tlpsim.scenarios.assemble.assembled` and `tlpsim.orchestrator.ssp.write.write_ssp`.
     """
     from tlpsim.scenarios.assemble import assembled
 

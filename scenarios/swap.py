@@ -20,7 +20,7 @@ from rich.table import Table
 from tlpsim.fmus.component import Variable as Row
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import FmuError, ScenarioError
-from tlpsim.orchestrator.description import CO_SIMULATION, FmuDescription, library_member, read_description
+from tlpsim.orchestrator.fmi.description import CO_SIMULATION, FmuDescription, library_member, read_description
 from tlpsim.orchestrator.units import defined, unit_conversion
 from tlpsim.scenarios.assemble import OPTIONAL, STANDARD
 from tlpsim.scenarios.console import output

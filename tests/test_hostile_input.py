@@ -7,10 +7,10 @@ import native_fmu
 import pytest
 
 from tlpsim.loads.errors import FmuError, TlpsimError
-from tlpsim.orchestrator.description import read_description
-from tlpsim.orchestrator.fmu import open_fmu
-from tlpsim.orchestrator.ssp import SspError
-from tlpsim.orchestrator.ssp_read import read_ssp
+from tlpsim.orchestrator.fmi.description import read_description
+from tlpsim.orchestrator.fmi.opening import open_fmu
+from tlpsim.orchestrator.ssp.annotations import SspError
+from tlpsim.orchestrator.ssp.read import read_ssp
 
 COUNTS = {"fmu2": 25, "fmu3": 25, "ssd": 40, "ssp": 20, "scenario": 25}
 

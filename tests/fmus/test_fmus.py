@@ -295,7 +295,7 @@ import faulthandler
 faulthandler.enable()
 import numpy as np
 from tlpsim.loads.errors import TlpsimError
-from tlpsim.orchestrator.fmu import FmuInstance
+from tlpsim.orchestrator.fmi.fmi2 import FmuInstance
 for _ in range(100):
     instance = FmuInstance("wave", {str(fmus["wave"])!r})
     instance.set_parameters({{"current_speed": -1.0, "spectrum": "100 %n %s" * 400, "components": 3}})

@@ -12,7 +12,7 @@ from tlpsim.loads.wind.field import Gusts
 from tlpsim.loads.wind.force import wind_loads
 from tlpsim.loads.wind.profile import Profile
 from tlpsim.loads.wind.segments import Boxes, projected_segments
-from tlpsim.orchestrator.fmu import FmuInstance
+from tlpsim.orchestrator.fmi.fmi2 import FmuInstance
 
 BOXES = {"position": [[3.0, 2.0, 40.0]], "size": [[80.0, 60.0, 12.0]], "shape_coefficient": [1.1]}
 DECK = Boxes(**{key: np.array(value) for key, value in BOXES.items()})

@@ -42,9 +42,7 @@ def system(algorithm: str = "multirate", parameter: float = 1.0) -> System:
             *(Component(instance=each, step=step * MILLISECOND) for each, step in components),
             Component(instance=random_walk("sink", 0.3), step=70 * MILLISECOND, parameters={"p": parameter}),
         ),
-        connections=tuple(
-            Connection(source=a, source_variable="y", target=b, target_variable="u") for a, b in wires
-        ),
+        connections=tuple(Connection(source=a, source_variable="y", target=b, target_variable="u") for a, b in wires),
         algorithm=algorithm,
     )
 

@@ -18,7 +18,7 @@ from native_fmu import FAULTS
 
 from tlpsim.loads.errors import DiscardError, FmuError, StepError, TlpsimError, WiringError
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import FmuInstance
+from tlpsim.orchestrator.fmi.fmi2 import FmuInstance
 from tlpsim.orchestrator.instance import Instance
 from tlpsim.orchestrator.isolation import IsolatedInstance
 from tlpsim.orchestrator.observers import MemoryRecorder

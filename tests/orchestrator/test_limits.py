@@ -11,7 +11,7 @@ from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import SYMMETRIC
 from tlpsim.orchestrator.clock import LARGEST_STEP, LARGEST_TIME, to_ticks
 from tlpsim.orchestrator.execution import Master, run
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.instance import PythonInstance, Values
 from tlpsim.orchestrator.observers import MemoryRecorder
 from tlpsim.orchestrator.system import Component, Connection, System, check

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from tlpsim.loads.errors import ScenarioError, TlpsimError, WiringError
 from tlpsim.orchestrator.checkpoint import CheckpointError, Checkpoints, read
-from tlpsim.orchestrator.fmu_log import Message, parsed
+from tlpsim.orchestrator.fmi.log import Message, parsed
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.scenarios.cli import app
 from tlpsim.scenarios.console import ProgressBar

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.instance import PythonInstance, Values
 from tlpsim.orchestrator.observers import MemoryRecorder
 from tlpsim.orchestrator.system import Component, Connection, System, declared_derivatives

@@ -1,8 +1,8 @@
-"""FMI 2.0 co-simulation FMUs, and opening an FMU of any version."""
+"""FMI 2.0 co-simulation FMUs."""
 
 import ctypes
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import fmpy.fmi1
 import fmpy.fmi2
@@ -10,14 +10,10 @@ import fmpy.logging
 import numpy as np
 
 from tlpsim.loads.errors import FmuError
-from tlpsim.orchestrator.description import CO_SIMULATION, MODEL_EXCHANGE, FmuDescription, read_description
-from tlpsim.orchestrator.fmi import FmiInstance
-from tlpsim.orchestrator.fmi3 import Fmi3Instance
-from tlpsim.orchestrator.fmu_log import log_of
-from tlpsim.orchestrator.python_fmu import is_python_fmu
-
-if TYPE_CHECKING:
-    from tlpsim.orchestrator.ode import SolverOptions
+from tlpsim.orchestrator.fmi.description import CO_SIMULATION, FmuDescription
+from tlpsim.orchestrator.fmi.instance_base import FmiInstance
+from tlpsim.orchestrator.fmi.log import log_of
+from tlpsim.orchestrator.fmi.python_fmu import is_python_fmu
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 
@@ -117,36 +113,3 @@ class FmuInstance(FmiInstance):
         status = function(self._component, which, ctypes.byref(value))
         self._log.muted = False
         return value.value if status <= 1 else None
-
-
-def open_fmu(
-    name: str, path: str | Path, kind: str | None = None, solver: "SolverOptions | None" = None
-) -> FmiInstance:
-    """Make an instance of an FMU of FMI 2.0 or 3.0.
-
-    Parameters
-    ----------
-    name
-        Name of the component.
-    path
-        Path of the FMU.
-    kind
-        `tlpsim.orchestrator.description.CO_SIMULATION` or `MODEL_EXCHANGE`; None for the former where the FMU has it.
-    solver
-        How the differential equations are solved of an FMU for model exchange.
-
-    Raises
-    ------
-    FmuError
-        As `FmiInstance`.
-    """
-    description = read_description(path)
-    if kind is None:
-        only = MODEL_EXCHANGE in description.kinds and CO_SIMULATION not in description.kinds
-        kind = MODEL_EXCHANGE if only else CO_SIMULATION
-    if kind == MODEL_EXCHANGE:
-        # here, because these instances are made of those of this module
-        from tlpsim.orchestrator.model_exchange import Fmi3ModelExchangeInstance, ModelExchangeInstance
-
-        return (ModelExchangeInstance if description.fmi_major == 2 else Fmi3ModelExchangeInstance)(name, path, solver)
-    return (FmuInstance if description.fmi_major == 2 else Fmi3Instance)(name, path)

@@ -15,8 +15,8 @@ import fmpy
 
 from tlpsim.loads.errors import FmuError
 from tlpsim.orchestrator.archive import Element, read_xml, unpacked
+from tlpsim.orchestrator.fmi.model_variables import Place, read_attribute, read_units, read_variables
 from tlpsim.orchestrator.instance import Unit, Variable
-from tlpsim.orchestrator.model_variables import Place, read_attribute, read_units, read_variables
 
 CO_SIMULATION = "co-simulation"
 MODEL_EXCHANGE = "model exchange"
@@ -247,7 +247,9 @@ def library_member(description: FmuDescription, kind: str = CO_SIMULATION) -> st
     """
     path = description.path
     if kind not in description.kinds:
-        adapter = "open it with tlpsim.orchestrator.model_exchange or " if MODEL_EXCHANGE in description.kinds else ""
+        adapter = (
+            "open it with tlpsim.orchestrator.fmi.model_exchange or " if MODEL_EXCHANGE in description.kinds else ""
+        )
         raise FmuError(f"{path}: the FMU is for {' and '.join(description.kinds)} only; {adapter}export it for {kind}")
     identifier = description.kinds[kind].model_identifier
     folder = fmpy.platform if description.fmi_major == 2 else fmpy.platform_tuple

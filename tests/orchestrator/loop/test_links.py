@@ -8,9 +8,9 @@ import pytest
 
 from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import CAUSAL, SYMMETRIC, interpolation_error
-from tlpsim.orchestrator.coupling import plan_links
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.instance import PythonInstance, Values
+from tlpsim.orchestrator.loop.links import plan_links
 from tlpsim.orchestrator.observers import MemoryRecorder
 from tlpsim.orchestrator.system import Component, Connection, System
 

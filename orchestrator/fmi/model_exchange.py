@@ -18,13 +18,13 @@ from fmpy.fmi2 import fmi2EventInfo
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import SolverError, StepError
-from tlpsim.orchestrator.description import MODEL_EXCHANGE
-from tlpsim.orchestrator.fmi import DISCARD, FmiInstance
-from tlpsim.orchestrator.fmi3 import Fmi3Instance
-from tlpsim.orchestrator.fmu import FmuInstance
+from tlpsim.orchestrator.fmi.description import MODEL_EXCHANGE
+from tlpsim.orchestrator.fmi.fmi2 import FmuInstance
+from tlpsim.orchestrator.fmi.fmi3 import Fmi3Instance
+from tlpsim.orchestrator.fmi.instance_base import DISCARD, FmiInstance
+from tlpsim.orchestrator.fmi.ode import OdeStep, SolverOptions, first_time, ode_steps
+from tlpsim.orchestrator.fmi.value_block import ValueBlock
 from tlpsim.orchestrator.instance import NativeCalls
-from tlpsim.orchestrator.ode import OdeStep, SolverOptions, first_time, ode_steps
-from tlpsim.orchestrator.value_block import ValueBlock
 
 FloatArray = NDArray[np.float64]
 

@@ -1,8 +1,9 @@
 """Steps of a whole group that the compiled loop leaves to the caller: iterated, of adapted length, or side by side.
 
 A window is a number of steps of every component of a group. Iteration repeats it from saved states until the inputs are
-those that the outputs give (`tlpsim.orchestrator.iteration`). Adaptation takes m steps of each component as one, with
-inputs that are continued over all of them. What an input then turns out to be is compared with what it was taken to be:
+those that the outputs give (`tlpsim.orchestrator.loop.iteration`). Adaptation takes m steps of each component as one,
+with inputs that are continued over all of them. What an input then turns out to be is compared with what it was taken
+to be:
 
     e = max |u_given - u_used| / (tolerance size)                                                      (1)
 
@@ -23,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.filters.interpolation import hermite_weights
-from tlpsim.orchestrator import kernel
 from tlpsim.orchestrator.clock import to_seconds
+from tlpsim.orchestrator.loop import kernel
 from tlpsim.orchestrator.system import declared_derivatives
 
 if TYPE_CHECKING:

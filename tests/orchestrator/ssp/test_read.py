@@ -12,8 +12,8 @@ from tlpsim.loads.errors import TlpsimError
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.instance import Instance, PythonInstance
 from tlpsim.orchestrator.observers import MemoryRecorder
-from tlpsim.orchestrator.ssp import OWN, SspError, SystemDescription
-from tlpsim.orchestrator.ssp_read import read_ssp
+from tlpsim.orchestrator.ssp.annotations import OWN, SspError, SystemDescription
+from tlpsim.orchestrator.ssp.read import read_ssp
 from tlpsim.orchestrator.system import Connection, Iteration, check, conversion
 
 SECOND = 1_000_000_000

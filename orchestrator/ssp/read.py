@@ -17,9 +17,9 @@ from urllib.parse import unquote, urlsplit
 
 from tlpsim.orchestrator.archive import Element, read_xml, unpacked
 from tlpsim.orchestrator.clock import to_positive_ticks
-from tlpsim.orchestrator.description import read_description
+from tlpsim.orchestrator.fmi.description import read_description
 from tlpsim.orchestrator.instance import Instance, nearest_match
-from tlpsim.orchestrator.ssp import (
+from tlpsim.orchestrator.ssp.annotations import (
     ANNOTATION_TYPE,
     DESCRIPTION,
     SSD,
@@ -34,7 +34,7 @@ from tlpsim.orchestrator.ssp import (
     number,
     own_annotation,
 )
-from tlpsim.orchestrator.ssp_parameters import Leg, Place, Port, Value, parametrized, read_bindings
+from tlpsim.orchestrator.ssp.parameters import Leg, Place, Port, Value, parametrized, read_bindings
 from tlpsim.orchestrator.system import Component, Connection, Iteration, System
 
 _FMU = "application/x-fmu-sharedlibrary"

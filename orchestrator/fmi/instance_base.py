@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import DiscardError, FmuError, StepError, TlpsimError, WiringError
-from tlpsim.orchestrator.description import CO_SIMULATION, extracted, library_member, read_description
-from tlpsim.orchestrator.fmu_log import STATUS_NAMES, Log
+from tlpsim.orchestrator.fmi.description import CO_SIMULATION, extracted, library_member, read_description
+from tlpsim.orchestrator.fmi.log import STATUS_NAMES, Log
+from tlpsim.orchestrator.fmi.model_variables import Place, element_names
+from tlpsim.orchestrator.fmi.output_derivatives import DerivativeBlock, output_derivatives
+from tlpsim.orchestrator.fmi.python_fmu import is_python_fmu, release_state_at_exit
+from tlpsim.orchestrator.fmi.value_block import ValueBlock
 from tlpsim.orchestrator.instance import Instance, NativeCalls, checked_parameters
-from tlpsim.orchestrator.model_variables import Place, element_names
-from tlpsim.orchestrator.output_derivatives import DerivativeBlock, output_derivatives
-from tlpsim.orchestrator.python_fmu import is_python_fmu, release_state_at_exit
-from tlpsim.orchestrator.value_block import ValueBlock
 
 FloatArray = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ class FmiInstance(Instance):
         if self.description.fmi_major != self.version:
             raise FmuError(
                 f"{path}: the FMU is of FMI version {self.description.fmi_version}, not {self.version}.0; "
-                "tlpsim.orchestrator.fmu.open_fmu takes either"
+                "tlpsim.orchestrator.fmi.fmi2.open_fmu takes either"
             )
         self._member = library_member(self.description, self.kind)
         order = self.description.kinds[self.kind].max_output_derivative_order if self.kind == CO_SIMULATION else 0

@@ -3,7 +3,7 @@
 import atexit
 from typing import Any
 
-from tlpsim.orchestrator.description import FmuDescription
+from tlpsim.orchestrator.fmi.description import FmuDescription
 
 _released_at_exit: set[int] = set()
 

@@ -10,9 +10,9 @@ import fmpy.fmi3
 import numpy as np
 
 from tlpsim.loads.errors import FmuError, StepError
-from tlpsim.orchestrator.description import CO_SIMULATION
-from tlpsim.orchestrator.fmi import FmiInstance
-from tlpsim.orchestrator.fmu_log import log_of
+from tlpsim.orchestrator.fmi.description import CO_SIMULATION
+from tlpsim.orchestrator.fmi.instance_base import FmiInstance
+from tlpsim.orchestrator.fmi.log import log_of
 
 
 def _log(environment: int | None, status: int, category: bytes, message: bytes) -> None:

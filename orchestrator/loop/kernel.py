@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tlpsim.orchestrator.native import _integer, call_step, call_values, load, nanoseconds, store
+from tlpsim.orchestrator.loop.native import _integer, call_step, call_values, load, nanoseconds, store
 
 # What the loop returns.
 DONE, PAUSE, CALL, FULL, WEIGHTS, FAILED, GROUP_DUE = range(7)

@@ -14,8 +14,8 @@ from fmpy import simulate_fmu
 
 from tlpsim.loads.errors import FmuError, StepError
 from tlpsim.orchestrator.archive import read_xml
-from tlpsim.orchestrator.description import CO_SIMULATION, library_member, read_description
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.description import CO_SIMULATION, library_member, read_description
+from tlpsim.orchestrator.fmi.opening import open_fmu
 
 FOLDER = os.environ.get("TLPSIM_REFERENCE_FMUS")
 MOST_STEPS = 1000

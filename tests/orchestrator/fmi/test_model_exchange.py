@@ -13,11 +13,11 @@ import pytest
 
 from tlpsim.loads.errors import FmuError, SolverError, StepError, WiringError
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.model_exchange import ModelExchange, ModelExchangeInstance
+from tlpsim.orchestrator.fmi.ode import SolverOptions, first_time, ode_steps
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.instance import PythonInstance, Values
-from tlpsim.orchestrator.model_exchange import ModelExchange, ModelExchangeInstance
 from tlpsim.orchestrator.observers import MemoryRecorder
-from tlpsim.orchestrator.ode import SolverOptions, first_time, ode_steps
 from tlpsim.orchestrator.system import Component, Connection, System
 
 SECOND = 1_000_000_000

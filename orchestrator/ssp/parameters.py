@@ -8,7 +8,7 @@ from typing import Any
 
 from tlpsim.orchestrator.archive import Element
 from tlpsim.orchestrator.instance import Instance, Unit, nearest_match
-from tlpsim.orchestrator.ssp import (
+from tlpsim.orchestrator.ssp.annotations import (
     SspError,
     attribute,
     boolean,

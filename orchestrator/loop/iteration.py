@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import StepError
-from tlpsim.orchestrator import kernel
 from tlpsim.orchestrator.clock import to_seconds
-from tlpsim.orchestrator.windows import Window, members_of, window
+from tlpsim.orchestrator.loop import kernel
+from tlpsim.orchestrator.loop.windows import Window, members_of, window
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.execution import Master

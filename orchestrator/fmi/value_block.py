@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import StepError
-from tlpsim.orchestrator.model_variables import Place
+from tlpsim.orchestrator.fmi.model_variables import Place
 
 FloatArray = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tlpsim.orchestrator.fmi.model_variables import Place
 from tlpsim.orchestrator.instance import Variable
-from tlpsim.orchestrator.model_variables import Place
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ import numpy as np
 from tlpsim.orchestrator.archive import Element
 from tlpsim.orchestrator.clock import to_seconds
 from tlpsim.orchestrator.instance import Unit, Variable
-from tlpsim.orchestrator.ssp import (
+from tlpsim.orchestrator.ssp.annotations import (
     ANNOTATION_TYPE,
     DESCRIPTION,
     OWN,

@@ -1,4 +1,4 @@
-"""The arrays of the compiled loop (`tlpsim.orchestrator.kernel`) from a system and its links."""
+"""The arrays of the compiled loop (`tlpsim.orchestrator.loop.kernel`) from a system and its links."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.filters.interpolation import extrapolation_weights, hermite_weights
-from tlpsim.orchestrator import kernel
-from tlpsim.orchestrator.algorithms import order_of_ties
 from tlpsim.orchestrator.clock import to_seconds
-from tlpsim.orchestrator.coupling import LinkPlan, history_depths, padding
 from tlpsim.orchestrator.instance import NativeCalls
-from tlpsim.orchestrator.native import clock_address
+from tlpsim.orchestrator.loop import kernel
+from tlpsim.orchestrator.loop.algorithms import order_of_ties
+from tlpsim.orchestrator.loop.links import LinkPlan, history_depths, padding
+from tlpsim.orchestrator.loop.native import clock_address
 from tlpsim.orchestrator.system import System, bound_outputs, groups
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Layout:
     Attributes
     ----------
     units, links, groups, members, stack, index, heap, control
-        As in `tlpsim.orchestrator.kernel.advance`.
+        As in `tlpsim.orchestrator.loop.kernel.advance`.
     plans
         Of the links, in the order of their rows.
     inputs
@@ -126,7 +126,7 @@ class Layout:
 
     @property
     def arrays(self) -> tuple[object, ...]:
-        """Arguments of `tlpsim.orchestrator.kernel.advance` after the clock."""
+        """Arguments of `tlpsim.orchestrator.loop.kernel.advance` after the clock."""
         return (
             self.units,
             self.links,
@@ -160,7 +160,7 @@ def lay_out(system: System, plans: Sequence[LinkPlan], algorithms: Sequence[int]
     Parameters
     ----------
     plans
-        Of its links, see `tlpsim.orchestrator.coupling.plan_links`.
+        Of its links, see `tlpsim.orchestrator.loop.links.plan_links`.
     algorithms
         Of each group, in the order of `tlpsim.orchestrator.system.groups`.
     """

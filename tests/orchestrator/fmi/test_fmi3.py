@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.errors import StepError
-from tlpsim.orchestrator.fmi3 import Fmi3Instance
+from tlpsim.orchestrator.fmi.fmi3 import Fmi3Instance
 
 WHOLE = {f"{sign}int{bits}": np.dtype(f"{sign}int{bits}") for sign in ("", "u") for bits in (8, 16, 32, 64)}
 TYPES = ("float32", *WHOLE, "boolean")

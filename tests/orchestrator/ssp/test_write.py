@@ -12,12 +12,12 @@ from lxml import etree
 
 from tlpsim.loads.errors import WiringError
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.instance import PythonInstance
 from tlpsim.orchestrator.observers import MemoryRecorder
-from tlpsim.orchestrator.ssp import SspError, SystemDescription
-from tlpsim.orchestrator.ssp_read import read_ssp
-from tlpsim.orchestrator.ssp_write import write_ssp
+from tlpsim.orchestrator.ssp.annotations import SspError, SystemDescription
+from tlpsim.orchestrator.ssp.read import read_ssp
+from tlpsim.orchestrator.ssp.write import write_ssp
 from tlpsim.orchestrator.system import Component, Connection, Iteration, System
 
 SECOND = 1_000_000_000

@@ -9,10 +9,17 @@ from pathlib import Path
 import pytest
 
 from tlpsim.loads.errors import FmuError
-from tlpsim.orchestrator import archive, description
-from tlpsim.orchestrator.description import CO_SIMULATION, MODEL_EXCHANGE, FmuDescription, extracted, read_description
+from tlpsim.orchestrator import archive
+from tlpsim.orchestrator.fmi import description
+from tlpsim.orchestrator.fmi.description import (
+    CO_SIMULATION,
+    MODEL_EXCHANGE,
+    FmuDescription,
+    extracted,
+    read_description,
+)
+from tlpsim.orchestrator.fmi.model_variables import element_names
 from tlpsim.orchestrator.instance import Unit
-from tlpsim.orchestrator.model_variables import element_names
 
 Write = Callable[..., Path]
 

@@ -13,9 +13,10 @@ from native_fmu import FAULTS
 
 from tlpsim.loads.errors import DiscardError, FmuError, StepError, WiringError
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmi import FmiInstance
-from tlpsim.orchestrator.fmi3 import Fmi3Instance
-from tlpsim.orchestrator.fmu import FmuInstance, open_fmu
+from tlpsim.orchestrator.fmi.fmi2 import FmuInstance
+from tlpsim.orchestrator.fmi.fmi3 import Fmi3Instance
+from tlpsim.orchestrator.fmi.instance_base import FmiInstance
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.observers import MemoryRecorder
 from tlpsim.orchestrator.system import Component, System
 
@@ -364,7 +365,7 @@ def test_library_that_is_none(path: Path, tmp_path: Path) -> None:
 
 CRASH = """
 import sys
-from tlpsim.orchestrator.fmu import open_fmu
+from tlpsim.orchestrator.fmi.opening import open_fmu
 instance = open_fmu("hull", sys.argv[1])
 instance.set_parameters({"fault": int(sys.argv[2]), "label": "x"})
 instance.bind([], ["y[1]"])

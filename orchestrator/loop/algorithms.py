@@ -12,8 +12,8 @@ A group of components that feed each other is stepped by one of the algorithms
     adaptive    as sequential, over as many steps at a time as the inputs can be continued; repeated over fewer where
                 they turn out to be different
 
-The first three are loops of `tlpsim.orchestrator.kernel`; the others, and parallel steps in threads, are made by
-`tlpsim.orchestrator.iteration` and `tlpsim.orchestrator.windows`.
+The first three are loops of `tlpsim.orchestrator.loop.kernel`; the others, and parallel steps in threads, are made by
+`tlpsim.orchestrator.loop.iteration` and `tlpsim.orchestrator.loop.windows`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tlpsim.loads.errors import WiringError
-from tlpsim.orchestrator import kernel
 from tlpsim.orchestrator.clock import to_seconds
+from tlpsim.orchestrator.loop import kernel
 from tlpsim.orchestrator.system import System, groups
 
 _TAKING_BACK = ("iterative", "adaptive")

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.errors import FmuError, StepError, WiringError
-from tlpsim.orchestrator.description import read_description
 from tlpsim.orchestrator.execution import run
-from tlpsim.orchestrator.fmu import FmuInstance, open_fmu
+from tlpsim.orchestrator.fmi.description import read_description
+from tlpsim.orchestrator.fmi.fmi2 import FmuInstance
+from tlpsim.orchestrator.fmi.opening import open_fmu
 from tlpsim.orchestrator.observers import MemoryRecorder
 from tlpsim.orchestrator.system import Component, Connection, System
 

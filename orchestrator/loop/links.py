@@ -1,7 +1,7 @@
 """How values pass between components of different rates: connections sorted into links.
 
 A link is all connections between two components that are treated alike. The compiled loop
-(`tlpsim.orchestrator.kernel`) turns samples into inputs at any time by one small matrix product
+(`tlpsim.orchestrator.loop.kernel`) turns samples into inputs at any time by one small matrix product
 
     u(t) = sum_k w_k(s) x_k,      t = t_n + s H                                                     (1)
 

@@ -1,0 +1,1 @@
+"""FMUs of FMI 2.0 and 3.0 as components."""

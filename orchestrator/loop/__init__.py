@@ -1,0 +1,1 @@
+"""The steps themselves: the compiled loop, what it works on, and the algorithms of groups."""

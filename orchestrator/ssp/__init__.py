@@ -1,0 +1,1 @@
+"""System descriptions of the standard SSP."""
