@@ -169,7 +169,7 @@ def read_units(root: Element, where: str) -> dict[str, Unit]:
     Raises
     ------
     FmuError
-        If an exponent, a factor or an offset is malformed.
+        If an exponent, a factor or an offset is malformed, or a factor is 0.
     """
     units: dict[str, Unit] = {}
     for unit in root.iterfind("UnitDefinitions/Unit"):
@@ -179,11 +179,11 @@ def read_units(root: Element, where: str) -> dict[str, Unit]:
         name = unit.get("name", "")
         of = f"{where}: unit '{name}'"
         kg, m, s, a, k, mol, cd, rad = (read_attribute(base, symbol, int, of, 0) for symbol in _BASE_UNITS)
-        units[name] = Unit(
-            exponents=(kg, m, s, a, k, mol, cd, rad),
-            factor=read_attribute(base, "factor", float, of, 1.0),
-            offset=read_attribute(base, "offset", float, of, 0.0),
-        )
+        factor = read_attribute(base, "factor", float, of, 1.0)
+        if not factor:
+            raise FmuError(f"{of} has the factor 0; its size in base units is needed")
+        offset = read_attribute(base, "offset", float, of, 0.0)
+        units[name] = Unit(exponents=(kg, m, s, a, k, mol, cd, rad), factor=factor, offset=offset)
     return units
 
 

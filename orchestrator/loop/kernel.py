@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tlpsim.orchestrator.loop.native import _integer, call_step, call_values, load, nanoseconds, store
+from tlpsim.orchestrator.loop.native import call_step, call_values, load, load_integer, nanoseconds, store
 
 # What the loop returns.
 DONE, PAUSE, CALL, FULL, WEIGHTS, FAILED, GROUP_DUE = range(7)
@@ -264,7 +264,7 @@ def _native_step(unit, row, clock, units, index, heap, room, control):  # type: 
             return False
     time, size = units[unit, TIME] / 1e9, units[unit, STEP] / 1e9
     status = call_step(version, units[unit, DO_STEP], instance, time, size, control[FINAL], room + FLAGS)
-    flags = _integer(room + FLAGS, 0) if version == 3 else 0
+    flags = load_integer(room + FLAGS, 0) if version == 3 else 0
     if status > _WARNING or flags & 0xFFFF00:
         phase = STEPPING if status > _WARNING else ENDING if flags & 0xFF00 else EARLY
         control[STATUS], control[PHASE] = status, phase

@@ -75,15 +75,26 @@ def _clock(context, address, which, result):  # type: ignore[no-untyped-def]
     return _CLOCK
 
 
+def _element(kind: Any, result: Any) -> Any:
+    """A compiled reading of number `place` of the values of a kind from an address on."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        pointer = builder.inttoptr(arguments[0], kind.as_pointer())
+        return builder.load(builder.gep(pointer, [arguments[1]]))
+
+    return result(types.int64, types.int64), generate
+
+
 @intrinsic
 def load(context, address, place):  # type: ignore[no-untyped-def]
     """Number `place` of the float64 from an address on."""
+    return _element(_DOUBLE, types.float64)
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        pointer = builder.inttoptr(arguments[0], _DOUBLE.as_pointer())
-        return builder.load(builder.gep(pointer, [arguments[1]]))
 
-    return types.float64(types.int64, types.int64), generate
+@intrinsic
+def load_integer(context, address, place):  # type: ignore[no-untyped-def]
+    """Number `place` of the int64 from an address on."""
+    return _element(_INT64, types.int64)
 
 
 @intrinsic
@@ -124,16 +135,7 @@ def nanoseconds(clock, room):  # type: ignore[no-untyped-def]
     if clock == 0:
         return 0
     _clock(clock, _MONOTONIC, room)
-    return _integer(room, 0) * 1_000_000_000 + _integer(room, 1)
-
-
-@intrinsic
-def _integer(context, address, place):  # type: ignore[no-untyped-def]
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        pointer = builder.inttoptr(arguments[0], _INT64.as_pointer())
-        return builder.load(builder.gep(pointer, [arguments[1]]))
-
-    return types.int64(types.int64, types.int64), generate
+    return load_integer(room, 0) * 1_000_000_000 + load_integer(room, 1)
 
 
 def clock_address() -> int:
