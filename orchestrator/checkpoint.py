@@ -16,6 +16,7 @@ import json
 import os
 import pickle
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -200,6 +201,15 @@ def read(path: Path) -> Checkpoint:
     return Checkpoint(**pickle.loads(body))
 
 
+@contextmanager
+def _spooling(path: Path) -> Iterator[None]:
+    """Say of which file an error of the system is."""
+    try:
+        yield
+    except OSError as error:
+        raise CheckpointError(f"{path}: the samples cannot be spooled: {error.strerror or error}") from error
+
+
 class Spool(Observer):
     """All samples of a run in a plain file, in the order in which observers get them.
 
@@ -218,15 +228,13 @@ class Spool(Observer):
 
     def __init__(self, path: Path, length: int = 0) -> None:
         self.path = path
-        try:
+        with _spooling(path):
             self._file: BinaryIO = path.open("r+b" if length else "wb")
             self._file.seek(0, os.SEEK_END)
             if self._file.tell() < length:
                 raise CheckpointError(f"{path}: {self._file.tell()} bytes, {length} are needed; start the run afresh")
             self._file.truncate(length)
             self._file.seek(length)
-        except OSError as error:
-            raise CheckpointError(f"{path}: the samples cannot be spooled: {error.strerror or error}") from error
 
     def __enter__(self) -> Spool:
         """The spool itself."""
@@ -241,19 +249,15 @@ class Spool(Observer):
     def sampled(self, index: int, times: NDArray[np.int64], values: FloatArray) -> None:
         """Append samples."""
         header = np.array([index, len(times), values.shape[1]], dtype=np.int64)
-        try:
+        with _spooling(self.path):
             for array in (header, times, values):
                 self._file.write(np.ascontiguousarray(array).tobytes())
-        except OSError as error:
-            raise CheckpointError(f"{self.path}: the samples cannot be spooled: {error.strerror or error}") from error
 
     def flushed(self) -> int:
         """Length of the file, all of which is on the disk."""
-        try:
+        with _spooling(self.path):
             self._file.flush()
             os.fsync(self._file.fileno())
-        except OSError as error:
-            raise CheckpointError(f"{self.path}: the samples cannot be spooled: {error.strerror or error}") from error
         return self._file.tell()
 
 

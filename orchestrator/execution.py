@@ -32,7 +32,7 @@ from tlpsim.orchestrator.loop.layout import lay_out
 from tlpsim.orchestrator.loop.links import plan_links
 from tlpsim.orchestrator.loop.windows import adapt, step_together
 from tlpsim.orchestrator.observers import Observer
-from tlpsim.orchestrator.system import System, bound_outputs, check
+from tlpsim.orchestrator.system import System, bound_outputs, check, declared_derivatives
 
 FloatArray = NDArray[np.float64]
 
@@ -128,6 +128,7 @@ class Master:
         self._discarded = 0
         self._tally: Counter[str] = Counter()
         self._pool: ThreadPoolExecutor | None = None
+        self._rate_columns: dict[int, tuple[list[int], list[int]]] = {}
 
     # The beginning
 
@@ -301,7 +302,7 @@ class Master:
         instance, row = self.instances[unit], self.layout.units[unit]
         time, size = self._times(unit, count)
         began = perf_counter_ns()
-        into = self.layout.row(unit, int(row[kernel.NEWEST]) + count)
+        into = self.layout.next_row(unit, count)
         try:
             if row[kernel.INPUT_COUNT]:
                 instance.set_inputs(self.layout.values(unit))
@@ -327,10 +328,8 @@ class Master:
         status, phase = int(control[kernel.STATUS]), int(control[kernel.PHASE])
         time, size = self._times(unit)
         if status < 0:
-            row = self.layout.row(unit, int(self.layout.units[unit, kernel.NEWEST]) + 1)
-            raise self._not_finite(
-                unit, self.layout.units[unit, kernel.TIME] + self.layout.units[unit, kernel.STEP], row
-            )
+            row = self.layout.units[unit]
+            raise self._not_finite(unit, row[kernel.TIME] + row[kernel.STEP], self.layout.next_row(unit))
         if phase == kernel.ENDING:
             raise StepError(f"{instance.name}: asks at t = {time:.9g} s for the end of the simulation")
         if phase == kernel.EARLY:
@@ -342,7 +341,7 @@ class Master:
         if not isinstance(error, DiscardError):
             raise type(error)(f"{error}{self._inputs_of(unit)}")
         self._retry(unit, error)
-        instance.get_outputs(self.layout.row(unit, int(self.layout.units[unit, kernel.NEWEST]) + 1))
+        instance.get_outputs(self.layout.next_row(unit))
         control[kernel.PENDING] = unit
 
     def _retry(self, unit: int, error: DiscardError, count: int = 1) -> None:
@@ -354,7 +353,7 @@ class Master:
             raise StepError(
                 f"{error}; it does not say how far it came, so the step cannot be taken in pieces"
             ) from error
-        now, end, piece, pieces = max(time, reached), time + size, 0.5 * size, 0
+        now, end, piece = max(time, reached), time + size, 0.5 * size
         while end - now > 1e-9 * size:
             try:
                 instance.step(now, min(piece, end - now))
@@ -367,7 +366,6 @@ class Master:
                 piece *= 0.5
                 if piece < size / _MOST_PIECES:
                     raise StepError(f"{again}; pieces of the step down to {piece:.3g} s were discarded too") from again
-            pieces += 1
         self._discarded += 1
 
     def _inputs_of(self, unit: int) -> str:
@@ -401,6 +399,16 @@ class Master:
                 self._pool = self._pool or ThreadPoolExecutor(self.system.threads)
                 step_together(self, group, self._pool)
         self.layout.control[kernel.PENDING] = kernel.GROUP_STEPPED
+
+    def rate_columns(self, unit: int) -> tuple[list[int], list[int]]:
+        """Columns of a component's outputs whose time derivatives are among them, and those of the derivatives."""
+        if unit not in self._rate_columns:
+            names, instance = self.outputs[unit], self.instances[unit]
+            first = {name: next(iter(declared_derivatives(instance, name)), None) for name in names}
+            places = {name: column for column, name in enumerate(names)}
+            pairs = [(places[name], places[rate]) for name, rate in first.items() if rate in places]
+            self._rate_columns[unit] = [column for column, _ in pairs], [rate for _, rate in pairs]
+        return self._rate_columns[unit]
 
     def tally(self, **counts: int) -> None:
         """Count what the algorithms of groups did, for the notes."""

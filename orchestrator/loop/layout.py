@@ -68,9 +68,11 @@ class Layout:
 
     def row(self, unit: int, number: int) -> FloatArray:
         """Sample of a component, or room for its next one; a view."""
-        base, history, width = (int(self.units[unit, column]) for column in (kernel.BASE, kernel.HISTORY, kernel.WIDTH))
-        first = history + (number - base) * width
-        return self.heap[first : first + width]
+        return self.samples(unit, number, number + 1)[0]
+
+    def next_row(self, unit: int, count: int = 1) -> FloatArray:
+        """Room for the sample of a component `count` steps after its newest; a view."""
+        return self.row(unit, int(self.units[unit, kernel.NEWEST]) + count)
 
     def samples(self, unit: int, first: int, last: int) -> FloatArray:
         """Samples `first` to before `last` of a component, (number, width); a view."""

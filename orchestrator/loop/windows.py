@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from tlpsim.loads.filters.interpolation import hermite_weights
 from tlpsim.orchestrator.clock import to_seconds
 from tlpsim.orchestrator.loop import kernel
-from tlpsim.orchestrator.system import declared_derivatives
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.execution import Master
@@ -103,9 +102,7 @@ def adapt(master: Master, group: int) -> None:
             used = [_long_step(master, member, count) for member in members]
             error = 0.0
             for member, taken in zip(members, used, strict=True):
-                step, offset = (int(layout.units[member, column]) for column in (kernel.STEP, kernel.OFFSET))
-                del step
-                master.fill(member, whole.begin + count * offset)
+                master.fill(member, whole.begin + count * int(layout.units[member, kernel.OFFSET]))
                 given, sizes = layout.values(member), layout.sizes(member)
                 np.maximum(sizes, np.abs(given), out=sizes)
                 apart = np.abs(given - taken)
@@ -122,16 +119,21 @@ def adapt(master: Master, group: int) -> None:
 def _long_step(master: Master, unit: int, count: int) -> FloatArray:
     """Step a component over several of its steps at once; returns the inputs that it had."""
     row = master.layout.units[unit]
-    begin, step = int(row[kernel.TIME]), int(row[kernel.STEP])
-    master.fill(unit, begin + count * int(row[kernel.OFFSET]))
+    master.fill(unit, int(row[kernel.TIME] + count * row[kernel.OFFSET]))
     inputs = master.layout.values(unit).copy()
     newest = int(row[kernel.NEWEST])
     master.call(unit, count)
     if count > 1:
-        _fill_between(master, unit, newest, count, to_seconds(step))
-    row[kernel.NEWEST], row[kernel.TIME] = newest + count, begin + count * step
-    row[kernel.STEPS] += 1
+        _fill_between(master, unit, newest, count, to_seconds(int(row[kernel.STEP])))
+    _publish(row, count)
     return inputs
+
+
+def _publish(row: NDArray[np.int64], count: int = 1) -> None:
+    """Count a step that is as long as `count` of a component's, whose samples are in its history."""
+    row[kernel.NEWEST] += count
+    row[kernel.TIME] += count * row[kernel.STEP]
+    row[kernel.STEPS] += 1
 
 
 def _fill_between(master: Master, unit: int, newest: int, count: int, step: float) -> None:
@@ -140,14 +142,11 @@ def _fill_between(master: Master, unit: int, newest: int, count: int, step: floa
     phases = np.arange(1, count) / count
     first, last = samples[0].copy(), samples[-1].copy()
     samples[1:-1] = first + phases[:, None] * (last - first)
-    names = master.outputs[unit]
-    for column, name in enumerate(names):
-        derivative = next(iter(declared_derivatives(master.instances[unit], name)), None)
-        if derivative in names:
-            rate = names.index(derivative)
-            ends = np.array([[first[column], last[column]], [first[rate], last[rate]]])
-            for k, phase in enumerate(phases.tolist()):
-                samples[k + 1, column] = np.sum(hermite_weights(1, phase, count * step) * ends)
+    columns, rates = master.rate_columns(unit)
+    if len(columns):
+        weights = np.array([hermite_weights(1, phase, count * step) for phase in phases.tolist()])
+        ends = np.array([first, last])
+        samples[1:-1, columns] = weights[:, 0] @ ends[:, columns] + weights[:, 1] @ ends[:, rates]
 
 
 def step_together(master: Master, group: int, pool: ThreadPoolExecutor) -> None:
@@ -162,7 +161,4 @@ def step_together(master: Master, group: int, pool: ThreadPoolExecutor) -> None:
     for future in [pool.submit(master.call, member) for member in due]:
         future.result()
     for member in due:
-        row = layout.units[member]
-        row[kernel.NEWEST] += 1
-        row[kernel.TIME] += row[kernel.STEP]
-        row[kernel.STEPS] += 1
+        _publish(layout.units[member])
