@@ -49,36 +49,46 @@ def wind_model(parameter: Callable[[str], Any]) -> WindLoads:
     """Wind loads from the FMU's parameters, of which `parameter` gives the value by name."""
     return wind_loads(
         heading=parameter("heading"),
-        profile=Profile(
-            name=parameter("profile"),
-            speed_10=parameter("mean_speed"),
-            roughness_length=parameter("roughness"),
-            exponent=parameter("profile_exponent"),
-        ),
-        gusts=Gusts(
-            spectrum=parameter("spectrum"),
-            coherence=parameter("coherence.model"),
-            decay=Decay(
-                lateral=parameter("coherence.lateral"),
-                vertical=parameter("coherence.vertical"),
-                longitudinal=parameter("coherence.longitudinal"),
-            ),
-            admittance=parameter("admittance"),
-            sampling_step=parameter("sampling_step"),
-            orders=Orders(
-                long=parameter("orders.long"),
-                autoregressive=parameter("orders.autoregressive"),
-                moving_average=parameter("orders.moving_average"),
-            ),
-            seed=parameter("seed"),
-        ),
+        profile=wind_profile(parameter),
+        gusts=wind_gusts(parameter),
         air_density=parameter("air_density"),
-        segments=_segments(parameter),
+        segments=wind_segments(parameter),
         decomposition=parameter("decomposition"),
     )
 
 
-def _segments(parameter: Callable[[str], Any]) -> Segments | None:
+def wind_profile(parameter: Callable[[str], Any]) -> Profile:
+    """Mean wind from the FMU's parameters."""
+    return Profile(
+        name=parameter("profile"),
+        speed_10=parameter("mean_speed"),
+        roughness_length=parameter("roughness"),
+        exponent=parameter("profile_exponent"),
+    )
+
+
+def wind_gusts(parameter: Callable[[str], Any]) -> Gusts:
+    """Turbulence from the FMU's parameters."""
+    return Gusts(
+        spectrum=parameter("spectrum"),
+        coherence=parameter("coherence.model"),
+        decay=Decay(
+            lateral=parameter("coherence.lateral"),
+            vertical=parameter("coherence.vertical"),
+            longitudinal=parameter("coherence.longitudinal"),
+        ),
+        admittance=parameter("admittance"),
+        sampling_step=parameter("sampling_step"),
+        orders=Orders(
+            long=parameter("orders.long"),
+            autoregressive=parameter("orders.autoregressive"),
+            moving_average=parameter("orders.moving_average"),
+        ),
+        seed=parameter("seed"),
+    )
+
+
+def wind_segments(parameter: Callable[[str], Any]) -> Segments | None:
     segments, boxes = parameter("segments"), parameter("boxes")
     if segments and boxes:
         raise ScenarioError("parameters segments and boxes are both given; give one of them")

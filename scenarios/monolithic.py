@@ -24,6 +24,7 @@ from tlpsim.fmus.wave_fmu import TlpsimWave
 from tlpsim.fmus.wind_fmu import TlpsimWind
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.platform.motion import PlatformModel
 from tlpsim.loads.platform.points import move_points
 from tlpsim.loads.simulation import CoupledModel, Record, simulate, start
 from tlpsim.orchestrator.clock import to_seconds, to_ticks
@@ -125,8 +126,40 @@ class Twin:
     step: int
 
 
-def twin(scenario: Scenario) -> Twin:
-    """The models of a scenario's built-in components as one.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parts:
+    """What a scenario's built-in components come to, whatever is made of them.
+
+    Attributes
+    ----------
+    parameters
+        Of each component, by the names of its FMU.
+    platform
+        The platform with all of its tendons.
+    intact
+        False for a tendon that is lost, (tendons,).
+    external
+        Constant loads, (6,) N, N·m.
+    points
+        Of the platform, from the reference point, (n, 3) m.
+    """
+
+    parameters: dict[str, dict[str, Any]]
+    platform: PlatformModel
+    intact: NDArray[np.bool_]
+    external: FloatArray
+    points: FloatArray
+
+
+def parts(scenario: Scenario, what: str = "a monolithic run") -> Parts:
+    """Parameters and platform of a scenario of built-in components in their standard wiring.
+
+    Parameters
+    ----------
+    scenario
+        What to look at.
+    what
+        Is to be made of it, for the messages.
 
     Raises
     ------
@@ -136,31 +169,45 @@ def twin(scenario: Scenario) -> Twin:
     WiringError
         When a parameter does not exist or is of the wrong type.
     """
-    _require_standard(scenario)
+    _require_standard(scenario, what)
     parameters = {
         name: standard_parameters(scenario, name) | checked_parameters(name, _variables(name), entry.parameters)
         for name, entry in scenario.components.items()
     }
-    wind, waves = wind_loads(scenario), wave_loads(scenario)
-    if scenario.simulation.start == "equilibrium":
-        start_in_equilibrium(scenario, parameters, wind)
     value = parameter_values(TlpsimPlatform, parameters["platform"])
     with blamed_on("platform"):
         platform = platform_model(value)
     count = len(platform.tendons.pretension)
     given = [prefix for prefix in _LOADS if _SOURCES[prefix] not in scenario.components]
+    return Parts(
+        parameters=parameters,
+        platform=platform,
+        intact=np.array([value(f"tendon_intact[{k + 1}]") > _KEPT for k in range(count)], dtype=np.bool_),
+        external=np.sum([_six(value, prefix) for prefix in given], axis=0),
+        points=_points(value),
+    )
+
+
+def twin(scenario: Scenario) -> Twin:
+    """The models of a scenario's built-in components as one.
+
+    Raises
+    ------
+    ScenarioError, WiringError
+        As `parts`.
+    """
+    found = parts(scenario)
+    wind, waves = wind_loads(scenario), wave_loads(scenario)
+    if scenario.simulation.start == "equilibrium":
+        start_in_equilibrium(scenario, found.parameters, wind)
+    value = parameter_values(TlpsimPlatform, found.parameters["platform"])
     connected = {f"{wire.target}.{wire.target_variable}" for wire in scenario.wiring()}
     return Twin(
-        model=CoupledModel(
-            platform=platform,
-            wind=wind,
-            waves=waves,
-            external=np.sum([_six(value, prefix) for prefix in given], axis=0),
-        ),
+        model=CoupledModel(platform=found.platform, wind=wind, waves=waves, external=found.external),
         position=_six(value, "initial_position"),
         velocity=_six(value, "initial_velocity"),
-        intact=np.array([value(f"tendon_intact[{k + 1}]") > _KEPT for k in range(count)]),
-        points=_points(value),
+        intact=found.intact,
+        points=found.points,
         elevation=None if "platform.elevation" in connected else float(value("elevation")),
         step=min(to_ticks(entry.step, f"components.{name}.step") for name, entry in scenario.components.items()),
     )
@@ -175,21 +222,21 @@ def _points(value: Callable[[str], Any]) -> FloatArray:
     return np.array([value(name) for name in names], dtype=np.float64).reshape(-1, 3)
 
 
-def _require_standard(scenario: Scenario) -> None:
+def _require_standard(scenario: Scenario, what: str) -> None:
     """Refuse what is not made of the built-in components in their standard wiring."""
     for name, entry in scenario.components.items():
         if entry.fmu != f"{BUILTIN}{name}":
             raise ScenarioError(
-                f"components.{name}: {entry.fmu} cannot be part of a monolithic run, which has the built-in "
+                f"components.{name}: {entry.fmu} cannot be part of {what}, which has the built-in "
                 f"{', '.join(COMPONENTS)} under these names only; run the scenario as a co-simulation"
             )
         if entry.map:
             raise ScenarioError(
-                f"components.{name}.map: other names of variables mean nothing in a monolithic run; leave them out or "
+                f"components.{name}.map: other names of variables mean nothing in {what}; leave them out or "
                 "run the scenario as a co-simulation"
             )
     if "platform" not in scenario.components:
-        raise ScenarioError("components.platform: a monolithic run needs the platform, and the scenario has none")
+        raise ScenarioError(f"components.platform: {what} needs the platform, and the scenario has none")
     wanted = {
         target: entry["from"]
         for target, entry in expand(STANDARD_CONNECTIONS).items()
@@ -200,14 +247,14 @@ def _require_standard(scenario: Scenario) -> None:
     if odd:
         target = odd[0][0]
         raise ScenarioError(
-            f"connections: {target} comes from {found.get(target, 'nowhere')}, and in a monolithic run from "
+            f"connections: {target} comes from {found.get(target, 'nowhere')}, and in {what} from "
             f"{wanted.get(target, 'nowhere')}; leave this connection out or run the scenario as a co-simulation"
         )
     for wire in scenario.wiring():
         if (wire.factor, wire.offset) != (1.0, 0.0):
             raise ScenarioError(
-                f"connections: {wire.target}.{wire.target_variable} has a factor or an offset, which mean nothing in a "
-                "monolithic run; leave them out or run the scenario as a co-simulation"
+                f"connections: {wire.target}.{wire.target_variable} has a factor or an offset, which mean nothing in "
+                f"{what}; leave them out or run the scenario as a co-simulation"
             )
 
 

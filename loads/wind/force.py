@@ -112,6 +112,27 @@ def _kernel_arrays(
     return tuple(np.array(array, dtype=np.float64) for array in arrays)
 
 
+def turned_segments(segments: Segments, heading: float, yaw: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Geometry of eq. (2) at a yaw of the platform.
+
+    Parameters
+    ----------
+    segments
+        The areas, n of them.
+    heading, yaw
+        Of the wind and of the platform, rad.
+
+    Returns
+    -------
+    T_m^T, shape (n, 6); areas over those at zero yaw, shape (n,); and the speed v_m of the segments along the wind a
+    unit rate of each degree of freedom, shape (n, 6).
+    """
+    direction = math.cos(heading), math.sin(heading)
+    position, plan = np.array(segments.position), np.array(segments.plan)
+    units = [_turned(position, plan, *direction, unit, yaw) for unit in np.eye(6)]
+    return units[0][0], units[0][2], np.column_stack([along for _, along, _ in units])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WindForceParts:
     """Terms of eq. (3), summed over the segments by eq. (2); shape (6,) each, N and N·m."""

@@ -1,0 +1,1 @@
+"""The frequency domain: response statistics of a scenario without any time stepping."""

@@ -1,0 +1,390 @@
+"""Quadratic functions of Gaussian processes by decomposed bi-spectral matrices (Li and Kareem 1990).
+
+Of processes x_m, y_m decomposed over the same sources p (see `tlpsim.loads.spectral.decomposition`) the quantities
+
+    z_i(t) = Σ_m w_im x_m(t) y_m(t),   w real,                                                       (1)
+
+have parts at differences and at sums of two frequencies, with ξ_p(f) complex of E|ξ|² = 2 and √df the measure of each,
+
+    z_i = Re ½ Σ_pq ∫∫ [B_i ξ_p(f₁) ξ_q(f₂)* e^{i2π(f₁-f₂)t} + B⁺_i ξ_p(f₁) ξ_q(f₂) e^{i2π(f₁+f₂)t}]         (2)
+    B_i(f₁,f₂)_pq = ½ Σ_m w_im (x_mp(f₁) y_mq(f₂)* + y_mp(f₁) x_mq(f₂)*)                             (3)
+    B⁺_i(f₁,f₂)_pq = ½ Σ_m w_im (x_mp(f₁) y_mq(f₂) + y_mp(f₁) x_mq(f₂)),                              (4)
+
+where x_mp is the decomposed function. B is Hermitian and B⁺ symmetric under (f₁, p) ↔ (f₂, q). Any number of products
+is in one matrix, and a linear system acts on it as on a spectrum:
+
+    B → H(f₁-f₂) B,   B⁺ → H(f₁+f₂) B⁺                                                               (5)
+    E z_i = ∫ Σ_p B_i(f,f)_pp df                                                                     (6)
+    S_ij(μ) = 2 ∫_0^∞ Σ_pq B_i(f+μ,f)_pq B_j(f+μ,f)_pq* df,         at differences μ ≥ 0              (7)
+    S_ij(μ) = ∫_0^μ Σ_pq B⁺_i(f,μ-f)_pq B⁺_j(f,μ-f)_pq* df,         at sums μ                         (8)
+
+both one-sided, of z - E z. The conventional way convolves the cross-spectra of every pair of products,
+
+    S_z(μ) = Σ_mn w_m w_n (S_{x_m x_n} * S_{y_m y_n} + S_{x_m y_n} * S_{y_m x_n})(μ),   two-sided.     (9)
+
+Frequencies are f_0 + n Δ with f_0 a whole multiple of Δ, and each integral is the sum times Δ, so that these are
+identities of the discrete process. A frequency of zero counts in full; the trapezoidal rule gives it half, which a
+factor of √½ on the decomposed function there brings about.
+
+A matrix has one row for each source and frequency, N = r nf, the frequencies of a source together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.spectral.decomposition import DecomposedSpectrum
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BispectralMatrix:
+    """Decomposed bi-spectral matrices of q quantities, eqs. (3) and (4).
+
+    Attributes
+    ----------
+    frequency
+        Hz, even, the first a whole multiple of the interval, shape (nf,).
+    difference
+        B, shape (q, N, N), unit/Hz.
+    total
+        B⁺, of sums of frequencies, shape (q, N, N), unit/Hz.
+
+    Raises
+    ------
+    ScenarioError
+        If the frequencies are not such, or the shapes do not fit.
+    """
+
+    frequency: FloatArray
+    difference: ComplexArray
+    total: ComplexArray
+
+    def __post_init__(self) -> None:
+        interval(self.frequency)
+        shape = self.difference.shape
+        if not (
+            len(shape) == 3 and shape == self.total.shape and shape[1] == shape[2]
+            and shape[1] % len(self.frequency) == 0
+        ):  # fmt: skip
+            raise ScenarioError(
+                f"bi-spectral matrices have the shapes {shape} and {self.total.shape}; both must be (q, N, N) with N "
+                f"a multiple of the {len(self.frequency)} frequencies"
+            )
+
+    @property
+    def sources(self) -> int:
+        """Number of sources r."""
+        return self.difference.shape[1] // len(self.frequency)
+
+    @property
+    def difference_frequency(self) -> FloatArray:
+        """Differences 0 ... (nf - 1) Δ, Hz, shape (nf,)."""
+        return interval(self.frequency) * np.arange(len(self.frequency))
+
+    @property
+    def total_frequency(self) -> FloatArray:
+        """Sums 2 f_0 ... 2 f_0 + 2 (nf - 1) Δ, Hz, shape (2 nf - 1,)."""
+        return 2.0 * self.frequency[0] + interval(self.frequency) * np.arange(2 * len(self.frequency) - 1)
+
+    def through(self, at_difference: ComplexArray, at_total: ComplexArray) -> BispectralMatrix:
+        """Outputs of a linear system, eq. (5).
+
+        Parameters
+        ----------
+        at_difference
+            Transfer functions at `difference_frequency`, shape (nf, outputs, q), real at zero.
+        at_total
+            Transfer functions at `total_frequency`, shape (2 nf - 1, outputs, q).
+
+        Raises
+        ------
+        ScenarioError
+            If the shapes do not fit.
+        """
+        count, inputs = len(self.frequency), len(self.difference)
+        for name, transfer, length in (("difference", at_difference, count), ("total", at_total, 2 * count - 1)):
+            if transfer.ndim != 3 or (len(transfer), transfer.shape[2]) != (length, inputs):
+                raise ScenarioError(
+                    f"transfer function at {name} frequencies has the shape {transfer.shape}; it must be ({length}, "
+                    f"outputs, {inputs})"
+                )
+        along = np.concatenate([at_difference[:0:-1].conj(), at_difference])  # H(-μ) = H(μ)*
+        hankel = np.lib.stride_tricks.sliding_window_view(at_total, count, axis=0)
+        toeplitz = np.lib.stride_tricks.sliding_window_view(along, count, axis=0)[..., ::-1]
+        return BispectralMatrix(
+            frequency=self.frequency,
+            difference=_by_blocks(toeplitz, self.difference, self.sources),
+            total=_by_blocks(hankel, self.total, self.sources),
+        )
+
+
+def interval(frequency: FloatArray) -> float:
+    """Interval Δ of even frequencies (nf,) whose first is a whole multiple of it, Hz.
+
+    Raises
+    ------
+    ScenarioError
+        If they are not such.
+    """
+    if frequency.ndim == 1 and len(frequency) > 1:
+        step = float(frequency[-1] - frequency[0]) / (len(frequency) - 1)
+        first = round(float(frequency[0]) / step) if step > 0.0 else -1
+        if first >= 0 and np.allclose(frequency, step * (first + np.arange(len(frequency))), rtol=0.0, atol=1e-6 * step):
+            return step
+    raise ScenarioError(
+        f"frequencies of a bi-spectral matrix are {np.array2string(frequency, threshold=6)} Hz; they must be two or "
+        "more, even, and from a whole multiple of their interval, 0, 1, 2 ..., so that differences and sums fall on "
+        "such a grid as well"
+    )
+
+
+def _by_blocks(factors: ComplexArray, matrices: ComplexArray, sources: int) -> ComplexArray:
+    """Σ_j factors (nf, outputs, q, nf) [a, i, j, b] matrices [j, p a, q b]."""
+    count, outputs, inputs, _ = factors.shape
+    blocks = matrices.reshape(inputs, sources, count, sources, count)
+    result = np.zeros((outputs, *blocks.shape[1:]), dtype=np.complex128)
+    for i in range(outputs):
+        for j in range(inputs):
+            result[i] += factors[:, i, j, None, :] * blocks[j]
+    return result.reshape(outputs, *matrices.shape[1:])
+
+
+def columns(x: DecomposedSpectrum) -> ComplexArray:
+    """Decomposed functions (M, N) in the order of a bi-spectral matrix: the frequencies of a source together."""
+    return x.function.transpose(1, 2, 0).reshape(x.function.shape[1], -1)
+
+
+def quadratic(frequency: FloatArray, x: ComplexArray, y: ComplexArray, weights: FloatArray) -> BispectralMatrix:
+    """Bi-spectral matrices of sums of products, eqs. (3) and (4).
+
+    Parameters
+    ----------
+    frequency
+        Hz, shape (nf,); see `BispectralMatrix`.
+    x, y
+        Factors of the M products as `columns` gives them, shape (M, N); they may be the same.
+    weights
+        Of the products in each quantity, shape (q, M).
+
+    Raises
+    ------
+    ScenarioError
+        If the shapes do not fit or the frequencies are not even.
+    """
+    if x.ndim != 2 or x.shape != y.shape or weights.ndim != 2 or weights.shape[1] != len(x):
+        raise ScenarioError(
+            f"factors and weights of a quadratic function have the shapes {x.shape}, {y.shape} and {weights.shape}; "
+            "they must be (M, N), (M, N) and (q, M)"
+        )
+    size = x.shape[1]
+    # Real and imaginary parts beside one another: one real product holds all four that B and B⁺ are made of, and
+    # both halves of eqs. (3) and (4), which are the same where x is y.
+    left = np.concatenate([x.real, x.imag], axis=1)
+    if x is y:
+        right, shares = left, weights
+    else:
+        other = np.concatenate([y.real, y.imag], axis=1)
+        left, right = np.concatenate([left, other]), np.concatenate([other, left])
+        shares = 0.5 * np.concatenate([weights, weights], axis=1)
+    difference = np.empty((len(weights), size, size), dtype=np.complex128)
+    total = np.empty_like(difference)
+    for i, share in enumerate(shares):
+        product = (left * share[:, None]).T @ right
+        rr, ri, ir, ii = product[:size, :size], product[:size, size:], product[size:, :size], product[size:, size:]
+        np.add(rr, ii, out=difference[i].real)
+        np.subtract(ir, ri, out=difference[i].imag)
+        np.subtract(rr, ii, out=total[i].real)
+        np.add(ir, ri, out=total[i].imag)
+    return BispectralMatrix(frequency=frequency, difference=difference, total=total)
+
+
+def add(a: BispectralMatrix, b: BispectralMatrix) -> BispectralMatrix:
+    """Bi-spectral matrices of the sum of quantities of the same sources.
+
+    Raises
+    ------
+    ScenarioError
+        If frequencies, sources or numbers of quantities differ.
+    """
+    if not np.array_equal(a.frequency, b.frequency) or a.difference.shape != b.difference.shape:
+        raise ScenarioError(
+            f"bi-spectral matrices of the shapes {a.difference.shape} and {b.difference.shape} cannot be added; they "
+            "need the same frequencies, sources and number of quantities"
+        )
+    return BispectralMatrix(frequency=a.frequency, difference=a.difference + b.difference, total=a.total + b.total)
+
+
+def mean(b: BispectralMatrix) -> FloatArray:
+    """Means of the quantities (q,), eq. (6)."""
+    return np.asarray(np.einsum("iaa->i", b.difference).real * interval(b.frequency))
+
+
+def _skewed(block: ComplexArray, shift: int) -> ComplexArray:
+    """Rows of square matrices (q, n, n) moved along by the row number, to the left (-1) or right (1), zeros around.
+
+    Shape (q, n, n) or (q, n, 2 n - 1): diagonals or anti-diagonals become columns. A row longer or shorter by one
+    in the same memory does the moving.
+    """
+    size = block.shape[1]
+    padded = np.zeros((len(block), size * (2 * size + 1)), dtype=np.complex128)
+    padded[:, : 2 * size * size].reshape(len(block), size, 2 * size)[:, :, :size] = block
+    width = 2 * size - shift
+    columns = size if shift < 0 else 2 * size - 1
+    return padded[:, : size * width].reshape(len(block), size, width)[:, :, :columns]
+
+
+def _summed(matrices: ComplexArray, sources: int, shift: int) -> ComplexArray:
+    """Σ over (anti-)diagonals of M_i M_j*, shape (columns, q, q)."""
+    quantities, size = len(matrices), matrices.shape[1] // sources
+    result = np.zeros((size if shift < 0 else 2 * size - 1, quantities, quantities), dtype=np.complex128)
+    for p in range(sources):
+        for q in range(sources):
+            block = matrices[:, p * size : (p + 1) * size, q * size : (q + 1) * size]
+            if shift < 0:
+                block = block.swapaxes(1, 2)  # a row for each f, along it f + μ
+            rows = np.ascontiguousarray(_skewed(block, shift).transpose(2, 0, 1))
+            result += rows @ rows.conj().swapaxes(1, 2)
+    return result
+
+
+def difference_spectrum(b: BispectralMatrix) -> tuple[FloatArray, ComplexArray]:
+    """Frequencies 0 ... (nf - 1) Δ, Hz, and cross-spectra at differences, (nf, q, q), eq. (7).
+
+    The variance is their integral by the trapezoidal rule.
+    """
+    step = interval(b.frequency)
+    return b.difference_frequency, 2.0 * step * _summed(b.difference, b.sources, -1)
+
+
+def sum_spectrum(b: BispectralMatrix) -> tuple[FloatArray, ComplexArray]:
+    """Frequencies 2 f_0 ... 2 f_0 + 2 (nf - 1) Δ, Hz, and cross-spectra at sums, (2 nf - 1, q, q), eq. (8)."""
+    return b.total_frequency, interval(b.frequency) * _summed(b.total, b.sources, 1)
+
+
+def convolved_spectrum(
+    frequency: FloatArray, xx: ComplexArray, yy: ComplexArray, xy: ComplexArray, weights: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Cross-spectra of the same quantities by the conventional convolution of cross-spectra, eq. (9).
+
+    The pairs of products m ≤ n, the others being their conjugates, take four transforms each (fast convolution, with
+    zero padding); the sum over them is taken before the transforms back.
+
+    Parameters
+    ----------
+    frequency
+        Hz, shape (nf,); see `BispectralMatrix`.
+    xx, yy, xy
+        One-sided cross-spectra S_ij = E[x_i x_j*], E[y_i y_j*] and E[x_i y_j*], shape (nf, M, M).
+    weights
+        Of the products in each quantity, shape (q, M).
+
+    Returns
+    -------
+    At differences, shape (nf, q, q), and at sums, shape (2 nf - 1, q, q).
+
+    Raises
+    ------
+    ScenarioError
+        If the frequencies are not even.
+    """
+    step, count = interval(frequency), len(frequency)
+    length = fft.next_fast_len(2 * count - 1)
+    quantities = len(weights)
+    difference = np.zeros((quantities, quantities, length), dtype=np.complex128)
+    total = np.zeros_like(difference)
+    for m in range(xx.shape[1]):
+        # The last is E[y_m x_n*]; time runs along the last axis, where transforms are fast.
+        series = np.stack([xx[:, m, m:], yy[:, m, m:], xy[:, m, m:], xy[:, m:, m].conj()])
+        a, b, c, d = fft.fft(np.ascontiguousarray(series.swapaxes(1, 2)), length, axis=2)
+        others = weights[:, m:].copy()
+        others[:, 0] *= 0.5  # a pair of one product with itself is its own conjugate
+        difference += weights[:, m, None, None] * (others @ (a * b.conj() + c * d.conj()).real)
+        total += 0.5 * weights[:, m, None, None] * (others @ (a * b + c * d))
+    spectra = [
+        np.moveaxis(fft.ifft(difference)[..., :count], 2, 0) * step,
+        np.moveaxis(fft.ifft(total)[..., : 2 * count - 1], 2, 0) * step,
+    ]
+    at_difference, at_total = (half + half.conj().swapaxes(1, 2) for half in spectra)
+    return at_difference, at_total
+
+
+def product_spectrum(
+    frequency: FloatArray,
+    weights: FloatArray,
+    first: ComplexArray,
+    second: ComplexArray | None = None,
+    points: int | None = None,
+) -> tuple[FloatArray, ComplexArray]:
+    """Cross-spectra, without the means, of quadratic forms of few Gaussian processes, by their covariance functions.
+
+    For z_i = g^T A_i g, of the symmetric part of A_i, and for z_i = g^T A_i h with h independent of g,
+
+        E[z_i(t+τ) z_j(t)] - E z_i E z_j = 2 tr(A_i R_g(τ) A_j R_g(τ)^T)  or  tr(A_i R_h(τ) A_j^T R_g(τ)^T)
+
+    with R_g(τ) = E[g(t+τ) g(t)^T] by the trapezoidal rule. The transforms are long enough that nothing wraps around.
+    Sums and differences of frequencies are both in it.
+
+    Parameters
+    ----------
+    frequency
+        Hz, even from zero, shape (n,).
+    weights
+        A, shape (q, d, d), or (q, d, e) of g with h.
+    first, second
+        One-sided cross-spectra of g, shape (n, d, d), and of h, shape (n, e, e).
+    points
+        Number of frequencies wanted, up to 2 n - 1, all there are; fewer take shorter transforms.
+
+    Returns
+    -------
+    Frequencies 0 ... (points - 1) Δ, Hz, and one-sided cross-spectra, shape (points, q, q).
+
+    Raises
+    ------
+    ScenarioError
+        If the frequencies are not even from zero, or shapes or the number of points do not fit.
+    """
+    step, count, quantities = interval(frequency), len(frequency), len(weights)
+    points = 2 * count - 1 if points is None else points
+    shapes = [(count, size, size) for size in weights.shape[1:]]
+    if frequency[0] != 0.0 or [first.shape, (first if second is None else second).shape] != shapes:
+        raise ScenarioError(
+            f"spectra of a product have the shapes {first.shape} and {None if second is None else second.shape} from "
+            f"{frequency[0]:.6g} Hz; they must be {shapes[0]} and {shapes[1]} from 0 Hz for weights {weights.shape}"
+        )
+    if not 1 <= points < 2 * count:
+        raise ScenarioError(f"points of a product's spectrum are {points}; they must be from 1 to {2 * count - 1}")
+    # The product reaches to ±2 (n - 1) Δ; what wraps around may touch the frequencies past those wanted only.
+    length = 2 * fft.next_fast_len((2 * count - 1 + points + 1) // 2, real=True)
+    half = length // 2 + 1  # lags 0 ... half a period; the others follow from R_ij(-τ) = R_ji(τ)
+    forms = 0.5 * (weights + weights.swapaxes(1, 2)) if second is None else weights
+    g = _lagged(first, length, step)[:half]
+    h = g if second is None else _lagged(second, length, step)[:half]
+    left = forms.reshape(-1, forms.shape[2]) @ h  # A_i R_h
+    right = g @ np.ascontiguousarray(forms.transpose(1, 0, 2)).reshape(forms.shape[1], -1)  # R_g A_j
+    shape = (half, quantities, -1)
+    right = right.reshape(half, forms.shape[1], quantities, -1).swapaxes(1, 2).reshape(shape)
+    covariance = np.ascontiguousarray((left.reshape(shape) @ right.swapaxes(1, 2)).transpose(1, 2, 0))
+    covariance *= 2.0 if second is None else 1.0
+
+    rows, others = np.triu_indices(quantities)
+    series = np.concatenate([covariance[rows, others], covariance[others, rows, -2:0:-1]], axis=1)
+    upper = fft.rfft(series, axis=1)[:, :points].T * (2.0 / (length * step))
+    spectrum = np.empty((points, quantities, quantities), dtype=np.complex128)
+    spectrum[:, others, rows] = upper.conj()
+    spectrum[:, rows, others] = upper
+    return step * np.arange(points), spectrum
+
+
+def _lagged(spectrum: ComplexArray, length: int, step: float) -> FloatArray:
+    """Covariance functions (length, d, d) of one-sided spectra from zero, at lags of 1 / (length Δ)."""
+    # irfft takes each frequency but zero twice, as ± f: that is the two-sided spectrum times two, zero in full.
+    return np.asarray(fft.irfft(spectrum, length, axis=0)) * (0.5 * length * step)

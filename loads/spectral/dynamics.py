@@ -1,0 +1,286 @@
+"""The platform about its mean position: stiffness, its change, damping, inertia, transfer functions and modes.
+
+    r(x0) + 1/2 r'' : Cov x = E^T F0                                          mean position              (1)
+    Z(omega) = K - omega² M + i omega (B + H(omega)),   H_x = Z^-1            first and second order     (2)
+    z_i = -1/2 r''_ijk (x_j x_k - Cov)                                        second-order force         (3)
+
+r is the exact restoring force of weight, buoyancy and tendons (`tlpsim.loads.platform.motion`), K = r' its tangent and
+r'' its second derivative: eq. (3) holds the setdown, as the quadratic function of surge and sway that it is, and the
+coupling of setdown with yaw that tilts the platform. E^T turns earth-fixed loads into generalized ones. H is the
+response of the fluid memory's digital filter at the step of the time domain, so that both domains have one kernel.
+
+The tension of a tendon is expanded likewise, T(x0 + x) = T + T' x + 1/2 T'' : x x.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.loads.errors import SolverError
+from tlpsim.loads.hydro.radiation import frequency_response
+from tlpsim.loads.platform.body import generalized_force, turned_matrix, yaw_turn
+from tlpsim.loads.platform.equilibrium import ROUND_OFF
+from tlpsim.loads.platform.motion import LARGEST_PHASE, PlatformModel, restoring_force, tangent_stiffness
+from tlpsim.loads.platform.tendons import tendon_loads
+from tlpsim.loads.spectral.records import Mode
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+LARGEST_ITERATION = 30
+_MEMORY_STEP = 0.02  # rad/s, a small part of 2 pi over the length of the memory
+_COMPLEX_STEP = 1e-30
+_DIFFERENCE = np.array([1e-2, 1e-2, 1e-2, 1e-5, 1e-5, 1e-5])  # m, rad, for second derivatives
+_FARTHEST, _LARGEST_ANGLE = 1e4, 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Memory:
+    """Response of the fluid's memory to the velocity in axes that turn with yaw, for `at`."""
+
+    spline: CubicSpline | None
+
+    def at(self, omega: FloatArray) -> ComplexArray:
+        """Force over velocity, (n, 6, 6), at (n,) rad/s."""
+        if self.spline is None:
+            return np.zeros((len(omega), 6, 6), dtype=np.complex128)
+        return np.asarray(self.spline(omega))
+
+
+def fluid_memory(platform: PlatformModel, step: float, highest: float) -> Memory:
+    """Memory's response up to `highest` (rad/s) as the integrator has it that takes `step` (s)."""
+    shortest = max(platform.highest_frequency / LARGEST_PHASE, 1.0 / platform.memory.longest_step)
+    substep = step / max(1, math.ceil(step * shortest - 1e-9))
+    filters = platform.memory.discrete(substep)
+    if not (filters.taps.size or filters.transition.size or np.any(filters.direct)):
+        return Memory(spline=None)
+    omega = _MEMORY_STEP * np.arange(math.ceil(highest / _MEMORY_STEP) + 4)
+    return Memory(spline=CubicSpline(omega, frequency_response(filters, omega, substep)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dynamics:
+    """The platform at a mean position.
+
+    Attributes
+    ----------
+    pose
+        Mean position, (6,) m, rad.
+    free
+        Numbers of the degrees of freedom that move.
+    loads
+        E^T, generalized forces of earth-fixed loads, (6, 6).
+    mass, damping, stiffness
+        M, B and K, (6, 6).
+    turn
+        From axes that turn with yaw to those of the pose, (6, 6), for the memory.
+    """
+
+    pose: FloatArray
+    free: NDArray[np.int64]
+    loads: FloatArray
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    turn: FloatArray
+
+
+def _jacobian(function: Any, pose: FloatArray) -> FloatArray:
+    """Derivative of a function of a pose by a complex step, (m, 6)."""
+    columns = [function(pose + 1j * _COMPLEX_STEP * unit).imag / _COMPLEX_STEP for unit in np.eye(6)]
+    return np.column_stack(columns)
+
+
+def generalized_loads(pose: FloatArray) -> FloatArray:
+    """E^T at a pose, (6, 6): generalized forces of earth-fixed loads about the reference point."""
+    return np.column_stack([generalized_force(unit, pose) for unit in np.eye(6)])
+
+
+def second_derivative(jacobian: Any, pose: FloatArray) -> FloatArray:
+    """Change of a Jacobian (m, 6) with the pose, (m, 6, 6), symmetric in the last two."""
+    units = np.diag(_DIFFERENCE)
+    parts = [(jacobian(pose + unit) - jacobian(pose - unit)) / (2.0 * unit.max()) for unit in units]
+    found = np.stack(parts, axis=-1)
+    return np.asarray(0.5 * (found + np.swapaxes(found, 1, 2)))
+
+
+def restoring_curvature(platform: PlatformModel, pose: FloatArray) -> FloatArray:
+    """r'' at a pose, (6, 6, 6) N/m², N/m, N and N·m."""
+    return second_derivative(lambda at: tangent_stiffness(platform, at), pose)
+
+
+def tension_expansion(platform: PlatformModel, pose: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Tensions at the tops T (t,) N, T' (t, 6) and T'' (t, 6, 6) at a pose, and the tops' less the bottoms' (t,)."""
+
+    def jacobian(at: FloatArray) -> FloatArray:
+        return _jacobian(lambda x: tendon_loads(platform.tendons, x)[1], at)
+
+    return tendon_loads(platform.tendons, pose)[1], jacobian(pose), second_derivative(jacobian, pose)
+
+
+def mean_pose(
+    platform: PlatformModel, load: FloatArray, yaw_slope: FloatArray, extra: FloatArray, start: FloatArray
+) -> FloatArray:
+    """Position of eq. (1), by Newton's method from `start`.
+
+    Parameters
+    ----------
+    load
+        Mean load at the yaw of `start`, (6,) N, N·m, earth-fixed.
+    yaw_slope
+        Its change with yaw, (6,).
+    extra
+        1/2 r'' : Cov x, (6,).
+
+    Raises
+    ------
+    SolverError
+        Where there is no such position near.
+    """
+    free, pose, origin = platform.free, start.copy(), float(start[5])
+
+    def residual(at: NDArray[Any]) -> NDArray[Any]:
+        return restoring_force(platform, at) + extra - generalized_force(load + yaw_slope * (at[5] - origin), at)
+
+    for _ in range(LARGEST_ITERATION):
+        tangent = _jacobian(residual, pose)[np.ix_(free, free)]
+        change = np.linalg.solve(tangent, -residual(pose)[free])
+        pose[free] += change
+        if not np.all(np.isfinite(pose)) or np.abs(pose[3:]).max() > _LARGEST_ANGLE or np.abs(pose).max() > _FARTHEST:
+            break
+        if np.abs(change).max() <= 1e-10 * max(1.0, float(np.abs(pose).max())):
+            return pose
+    raise SolverError(
+        f"frequency domain: the platform finds no mean position under the mean load {load} (N, N·m): lower the loads, "
+        "or check pretension and tendons"
+    )
+
+
+def dynamics(
+    platform: PlatformModel,
+    pose: FloatArray,
+    load: FloatArray,
+    yaw_slope: FloatArray,
+    damping: FloatArray,
+    stiffness: FloatArray,
+) -> Dynamics:
+    """The platform about a mean position.
+
+    Parameters
+    ----------
+    pose
+        (6,) m, rad.
+    load, yaw_slope
+        Mean load and its change with yaw, (6,), earth-fixed.
+    damping, stiffness
+        Of the loads, (6, 6), on rates and displacements, as earth-fixed loads.
+
+    Raises
+    ------
+    SolverError
+        When the platform is unstable there.
+    """
+    loads = generalized_loads(pose)
+    turning = _jacobian(lambda at: generalized_force(load.astype(np.complex128), at), pose)
+    turning[:, 5] += loads @ yaw_slope
+    whole = tangent_stiffness(platform, pose) - turning + loads @ stiffness
+    mass = turned_matrix(platform.mass, float(pose[5]))
+    free = np.flatnonzero(platform.free)
+    _require_stable(whole, mass, free, platform.body.gravity)
+    return Dynamics(
+        pose=pose,
+        free=free,
+        loads=loads,
+        mass=mass,
+        damping=turned_matrix(platform.linear_damping, float(pose[5])) + loads @ damping,
+        stiffness=whole,
+        turn=yaw_turn(float(pose[5])),
+    )
+
+
+def _require_stable(stiffness: FloatArray, mass: FloatArray, free: NDArray[np.int64], gravity: float) -> None:
+    chosen = np.ix_(free, free)
+    if not free.size:
+        return
+    squared, modes = np.linalg.eig(np.linalg.solve(mass[chosen], stiffness[chosen]))
+    worst = int(np.argmin(squared.real))
+    if squared[worst].real < ROUND_OFF * max(float(np.abs(squared).max()), gravity):
+        name = DEGREES_OF_FREEDOM[free[int(np.argmax(np.abs(modes[:, worst]) * np.sqrt(np.diag(mass)[free])))]]
+        raise SolverError(
+            f"frequency domain: nothing holds the platform in {name} at its mean position, stiffness over mass "
+            f"{squared[worst].real:.4g} 1/s², expected > 0: there is no stationary response; give it tendons, or lower "
+            "the mean loads"
+        )
+
+
+def transfer(system: Dynamics, memory: Memory, omega: FloatArray) -> ComplexArray:
+    """Z^-1 of eq. (2) at (n,) rad/s, (n, 6, 6) m/N ..., zero for degrees of freedom that are held."""
+    rates = system.turn @ memory.at(omega) @ system.turn.T + system.damping
+    impedance = system.stiffness + omega[:, None, None] * (1j * rates - omega[:, None, None] * system.mass)
+    result = np.zeros((len(omega), 6, 6), dtype=np.complex128)
+    rows, columns = np.meshgrid(system.free, system.free, indexing="ij")
+    if system.free.size:
+        result[:, rows, columns] = np.linalg.inv(impedance[:, rows, columns])
+    return result
+
+
+def natural_modes(system: Dynamics, memory: Memory) -> tuple[Mode, ...]:
+    """Modes of eq. (2) from its complex eigenvalues, slowest first, each with the memory at its own frequency.
+
+    Raises
+    ------
+    SolverError
+        When a mode gains energy.
+    """
+    chosen, count = np.ix_(system.free, system.free), len(system.free)
+    if not count:
+        return ()
+    frequencies, found, left = _eigen(system, memory, np.zeros(count), chosen), [], set(range(count))
+    starts = np.sort(np.abs(frequencies[0]))
+    for number in range(count):
+        omega = starts[number]
+        for _ in range(5):
+            values, vectors = _eigen(system, memory, np.full(count, omega), chosen)
+            order = np.argsort(np.abs(values))
+            omega = float(np.abs(values[order[number]]))
+        value, vector = values[order[number]], vectors[:, order[number]]
+        energy = np.abs(vector) ** 2 * np.diag(system.mass)[system.free]
+        index = max(left, key=lambda k, e=energy: e[k])  # type: ignore[misc]
+        left.discard(index)
+        ratio = float(-value.real / abs(value))
+        name = DEGREES_OF_FREEDOM[system.free[index]]
+        if ratio <= 0.0:
+            raise SolverError(
+                f"frequency domain: the mode of {name}, period {2.0 * np.pi / omega:.4g} s, gains energy, damping "
+                f"ratio {ratio:.3g}, expected > 0: there is no stationary response; give it damping "
+                "(platform.damping_ratios), or look at wave drift damping"
+            )
+        found.append(Mode(name=name, period=2.0 * np.pi / omega, damping_ratio=ratio))
+    return tuple(found)
+
+
+def _eigen(
+    system: Dynamics, memory: Memory, omega: FloatArray, chosen: tuple[NDArray[np.int64], ...]
+) -> tuple[ComplexArray, ComplexArray]:
+    """Eigenvalues with positive imaginary part (count,), and vectors, with the memory at omega[0]."""
+    at = max(float(omega[0]), _MEMORY_STEP)
+    rates = system.turn @ memory.at(np.array([at]))[0] @ system.turn.T
+    mass = (system.mass + rates.imag / at)[chosen]
+    damping, stiffness = (system.damping + rates.real)[chosen], system.stiffness[chosen]
+    count = len(mass)
+    whole = np.block(
+        [
+            [np.zeros((count, count)), np.eye(count)],
+            [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
+        ]
+    )
+    values, vectors = np.linalg.eig(whole)
+    order = np.argsort(-values.imag)[:count]  # of each pair the one that turns forward; overdamped ones have none
+    return values[order], vectors[:count, order]

@@ -1,0 +1,315 @@
+"""Orders 0, 1 and 2 of the frequency domain, repeated until means and covariances stand still.
+
+See `tlpsim.loads.spectral.response` for the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tlpsim.loads.errors import SolverError
+from tlpsim.loads.spectral import viscous
+from tlpsim.loads.spectral.aerodynamic import LinearWind, linear_wind
+from tlpsim.loads.spectral.bispectral import BispectralMatrix
+from tlpsim.loads.spectral.dynamics import (
+    Dynamics,
+    dynamics,
+    generalized_loads,
+    mean_pose,
+    restoring_curvature,
+    transfer,
+)
+from tlpsim.loads.spectral.problem import GustsOnGrid, Problem, SeaOnGrid
+from tlpsim.loads.spectral.second_order import (
+    displaced_products,
+    drift_only,
+    matrix,
+    spectra,
+    tether_products,
+    whole,
+)
+from tlpsim.loads.spectral.tendon_drag import tendon_damping
+from tlpsim.loads.waves.current import current_velocity
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+TOLERANCE = 1e-6
+"""Relative change of means and standard deviations at which the iteration ends."""
+ROUND_TOLERANCE = 1e-4
+"""The same of a round of the second order."""
+LARGEST_ITERATION, LARGEST_ROUND = 200, 30
+
+_RELAXATION = 0.7
+_WITH_MEAN = ("following", "displaced position", "slow drift")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """What the loads are expanded about.
+
+    pose (6,); relative-velocity covariances of strips, pieces and gusts, c and the tendons' velocities; covariance of
+    the position; mean loads of quadratic terms that are not in the linear parts.
+    """
+
+    pose: FloatArray
+    strips: FloatArray
+    pieces: FloatArray
+    cross: FloatArray
+    relative: FloatArray
+    velocity: FloatArray
+    position: FloatArray
+    quadratic_mean: FloatArray
+    second_velocity: FloatArray  # that of the second order alone, and its positions
+    second_position: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Expanded:
+    """The loads, linear about a state, and the platform in them."""
+
+    system: Dynamics
+    curvature: FloatArray
+    loads: Mapping[str, FloatArray]
+    drag: viscous.Drag | None
+    linear: viscous.LinearDrag | None
+    wind: LinearWind | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirstOrder:
+    """First-order motion: of waves on their grid (6, N), their loads, and of gusts (m, 6, r)."""
+
+    waves: ComplexArray
+    force: ComplexArray
+    gusts: ComplexArray
+
+
+def _start(problem: Problem) -> State:
+    """The platform at rest in waves and gusts."""
+    none = np.zeros((6, 6))
+    state = State(
+        pose=np.zeros(6),
+        strips=np.zeros((0, 2, 2)),
+        pieces=np.zeros((0, 2, 2)),
+        cross=np.zeros((0, 2)),
+        relative=np.zeros(0),
+        velocity=none,
+        position=none,
+        quadratic_mean=np.zeros(6),
+        second_velocity=none,
+        second_position=none,
+    )
+    count = 0 if problem.sea is None else len(problem.sea.grid.root)
+    size = (0, 0) if problem.gusts is None else (len(problem.gusts.frequency), problem.gusts.speeds.shape[2])
+    rest = FirstOrder(
+        waves=np.zeros((6, count), dtype=np.complex128),
+        force=np.zeros((6, count), dtype=np.complex128),
+        gusts=np.zeros((size[0], 6, size[1]), dtype=np.complex128),
+    )
+    return _updated(problem, state, None, rest, 1.0)
+
+
+def _expanded(problem: Problem, state: State, curvature: FloatArray) -> tuple[Expanded, State]:
+    """Loads about a state; and the state at the mean position that they give."""
+    model = problem.model
+    loads = {"external": model.external}
+    damping, stiffness, yaw_slope = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(6)
+    drag, linear, wind = None, None, None
+    if problem.sea is not None:
+        waves = problem.sea.waves
+        rise = -problem.sea.elements[1].lever @ state.pose
+        drag = viscous.expanded(problem.sea.elements, (state.strips, state.pieces), state.cross, rise)
+        linear = viscous.linear_drag(drag)
+        damping, stiffness = damping + linear.damping, stiffness + linear.stiffness
+        loads |= {"viscous": linear.mean, "splash": linear.splash_mean}
+        if waves.drift_damping is not None:
+            flow = np.zeros(3)
+            if waves.doppler and waves.current is not None:
+                flow = current_velocity(waves.current, np.zeros(1))[0]
+            damping = damping + waves.drift_damping
+            loads["wave drift damping"] = waves.drift_damping[:, :3] @ flow
+        loads["second order"] = state.quadratic_mean
+    if problem.gusts is not None:
+        wind = linear_wind(problem.gusts.wind, float(state.pose[5]), problem.gusts.variance, state.relative)
+        damping, yaw_slope = damping + wind.damping, wind.yaw_slope
+        loads["wind"] = wind.mean
+    tethers = tendon_damping(model.platform, state.pose, generalized_loads(state.pose), state.velocity)
+    loads["tendons"], damping = tethers[0], damping + tethers[1]
+    load = np.sum(list(loads.values()), axis=0)
+    extra = 0.5 * np.einsum("ijk,jk->i", curvature, state.position)
+    pose = mean_pose(model.platform, load, yaw_slope, extra, state.pose)
+    system = dynamics(model.platform, pose, load, yaw_slope, damping, stiffness)
+    found = Expanded(system=system, curvature=curvature, loads=loads, drag=drag, linear=linear, wind=wind)
+    return found, replace(state, pose=pose)
+
+
+def wave_motion(sea: SeaOnGrid, problem: Problem, expanded: Expanded) -> tuple[ComplexArray, ComplexArray]:
+    """Motion (6, N) and earth-fixed loads (6, N) of waves of the first order."""
+    assert expanded.linear is not None
+    force = sea.excitation + viscous.wave_loads(expanded.linear, *sea.rows)
+    count = len(sea.grid.frequency)
+    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * sea.grid.frequency) @ expanded.system.loads
+    by_direction = force.reshape(6, -1, count) if count else force.reshape(6, 0, 0)
+    return np.einsum("fij,jrf->irf", response, by_direction).reshape(6, -1), force
+
+
+def gust_motion(gusts: GustsOnGrid, problem: Problem, expanded: Expanded) -> ComplexArray:
+    """Motion (m, 6, r) of gusts of the first order."""
+    assert expanded.wind is not None
+    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * gusts.frequency)
+    return np.asarray(response @ (expanded.system.loads @ expanded.wind.on_gusts) @ gusts.speeds)
+
+
+def _first(problem: Problem, expanded: Expanded) -> FirstOrder:
+    waves, force = np.zeros((6, 0), dtype=np.complex128), np.zeros((6, 0), dtype=np.complex128)
+    if problem.sea is not None:
+        waves, force = wave_motion(problem.sea, problem, expanded)
+    gusts = np.zeros((0, 6, 0), dtype=np.complex128)
+    if problem.gusts is not None:
+        gusts = gust_motion(problem.gusts, problem, expanded)
+    return FirstOrder(waves=waves, force=force, gusts=gusts)
+
+
+def _updated(problem: Problem, state: State, wind: LinearWind | None, first: FirstOrder, share: float) -> State:
+    """The state with covariances of a first-order motion, `share` of the way from the old ones."""
+    velocity, position = state.second_velocity.copy(), state.second_position.copy()
+    changes: dict[str, FloatArray] = {}
+    if problem.gusts is not None:
+        gusts = problem.gusts
+        rates = 2j * np.pi * gusts.frequency[:, None, None] * first.gusts
+        velocity += np.einsum("m,mir,mjr->ij", gusts.weight, rates, rates.conj(), optimize=True).real
+        position += np.einsum("m,mir,mjr->ij", gusts.weight, first.gusts, first.gusts.conj(), optimize=True).real
+    whole_velocity = velocity.copy()
+    if problem.sea is not None:
+        sea, step = problem.sea, problem.sea.grid.step
+        rates = 1j * sea.grid.omega * first.waves
+        whole_velocity += step * (rates @ rates.conj().T).real
+        position += step * (first.waves @ first.waves.conj().T).real
+        for name, elements, rows in zip(("strips", "pieces"), sea.elements, sea.rows, strict=True):
+            relative, elevation = viscous.relative_rows(elements, rows, first.waves, sea.grid.omega)
+            changes[name], cross = viscous.covariances(elements, relative, elevation, step, velocity)
+        changes["cross"] = cross
+    if problem.gusts is not None:
+        gusts = problem.gusts
+        along = np.zeros((len(gusts.variance), 6)) if wind is None else wind.along
+        own = gusts.speeds - along @ (2j * np.pi * gusts.frequency[:, None, None] * first.gusts)
+        others = whole_velocity - _gust_velocity(gusts, first)
+        variance = np.einsum("m,mnr->n", gusts.weight, np.abs(own) ** 2)
+        changes["relative"] = variance + np.einsum("ni,ij,nj->n", along, others, along)
+    changes |= {"velocity": whole_velocity, "position": position}
+    for name, value in changes.items():
+        old = getattr(state, name)
+        changes[name] = value if old.shape != value.shape else (1.0 - share) * old + share * value
+    return replace(state, **changes)
+
+
+def _gust_velocity(gusts: GustsOnGrid, first: FirstOrder) -> FloatArray:
+    rates = 2j * np.pi * gusts.frequency[:, None, None] * first.gusts
+    return np.asarray(np.einsum("m,mir,mjr->ij", gusts.weight, rates, rates.conj(), optimize=True).real)
+
+
+def _measure(state: State) -> FloatArray:
+    """Mean position and spreads, of translations and rotations in parts of the largest of each."""
+    rows = np.stack([state.pose, np.sqrt(np.diag(state.position)), np.sqrt(np.diag(state.velocity))])
+    largest = np.repeat(np.stack([np.abs(rows[:, :3]).max(axis=1), np.abs(rows[:, 3:]).max(axis=1)], axis=1), 3, axis=1)
+    return np.asarray(rows / np.where(largest > 0.0, largest, 1.0))
+
+
+def _settled(problem: Problem, state: State, tolerance: float) -> tuple[Expanded, FirstOrder, State]:
+    """Iterate orders 0 and 1 with a given second order."""
+    curvature = restoring_curvature(problem.model.platform, state.pose)
+    before, change = _measure(state), np.inf
+    for _ in range(LARGEST_ITERATION):
+        expanded, state = _expanded(problem, state, curvature)
+        first = _first(problem, expanded)
+        state = _updated(problem, state, expanded.wind, first, _RELAXATION)
+        after = _measure(state)
+        change = float(np.max(np.abs(after - before)))
+        if not np.isfinite(change):
+            break
+        if change <= tolerance:
+            return expanded, first, state
+        before = after
+    raise SolverError(
+        f"frequency domain: means and spreads still change by {change:.3g} of their size after {LARGEST_ITERATION} "
+        f"iterations, limit {tolerance:g}: the drag or the wind is too strong for a stationary response; look at the "
+        "damping, and try a lower sea or wind"
+    )
+
+
+# Order 2
+
+
+def second_order_parts(
+    sea: SeaOnGrid, expanded: Expanded, first: FirstOrder, curvatures: FloatArray
+) -> dict[str, BispectralMatrix]:
+    """Bi-spectral matrices of generalized forces (6), and of 1/2 c : x x for further curvatures (q, 6, 6)."""
+    assert expanded.drag is not None
+    grid, waves, more = sea.grid, sea.waves, len(curvatures)
+    loads = np.vstack([expanded.system.loads, np.zeros((more, 6))])
+    products = {}
+    under, surface = (
+        viscous.relative_rows(elements, rows, first.waves, grid.omega)
+        for elements, rows in zip(sea.elements, sea.rows, strict=True)
+    )
+    products["viscous"] = viscous.viscous_products(expanded.drag, under[0])
+    products["splash"] = viscous.splash_products(expanded.drag, *surface)
+    products["following"] = viscous.following_products(expanded.drag, under[1], sea.rows[0])
+    if waves.displaced_position:
+        products["displaced position"] = displaced_products(first.waves, first.force, grid)
+    found = {
+        name: matrix(each._replace(weights=loads @ each.weights), grid)
+        for name, each in products.items()
+        if len(each.first)
+    }
+    if sea.drift is not None:
+        found["slow drift"] = drift_only(np.tensordot(loads, sea.drift, axes=1), grid)
+    found["tethers"] = matrix(tether_products(first.waves, np.concatenate([-expanded.curvature, curvatures])), grid)
+    return found
+
+
+def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: State) -> State:
+    """The state with mean loads and covariances of the second order."""
+    sea = problem.sea
+    if sea is None or not len(sea.grid.root):
+        return state
+    parts = second_order_parts(sea, expanded, first, np.zeros((0, 6, 6)))
+    load = np.zeros(6)
+    for name in _WITH_MEAN:
+        if name in parts:
+            load += spectra(parts[name], sea.grid).mean
+    found = spectra(whole(parts), sea.grid)
+    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * problem.frequency)
+    forces = found.difference.at(problem.frequency) + found.total.at(problem.frequency)
+    motion = response @ forces @ np.conj(np.swapaxes(response, 1, 2))
+    position = np.einsum("m,mij->ij", problem.weight, motion.real)
+    velocity = np.einsum("m,mij->ij", problem.weight * (2.0 * np.pi * problem.frequency) ** 2, motion.real)
+    return replace(
+        state,
+        quadratic_mean=np.linalg.solve(expanded.system.loads, load),
+        second_velocity=velocity,
+        second_position=position,
+    )
+
+
+def converged(problem: Problem, tolerance: float) -> tuple[Expanded, FirstOrder, State, list[float]]:
+    state, changes = _start(problem), []
+    loose = 1e-3
+    expanded, first, state = _settled(problem, state, loose)
+    for _ in range(LARGEST_ROUND):
+        before = _measure(state)
+        state = _second(problem, expanded, first, state)
+        expanded, first, state = _settled(problem, state, loose)
+        changes.append(float(np.max(np.abs(_measure(state) - before))))
+        loose = max(tolerance, min(loose, 0.1 * changes[-1]))
+        if changes[-1] <= max(tolerance, ROUND_TOLERANCE):
+            return expanded, first, state, changes
+    raise SolverError(
+        f"frequency domain: means and spreads still change by {changes[-1]:.3g} of their size after {LARGEST_ROUND} "
+        f"rounds of the second order, limit {max(tolerance, ROUND_TOLERANCE):g}: slow drift feeds on itself; try a lower sea"
+    )

@@ -1,0 +1,139 @@
+"""From the spectra of position to those of everything that is asked for.
+
+    y = c x + q + s eta                                                                                 (1)
+    S_y = (2 pi f)^(2 p) [c, 1] S [c, 1]^H                                                              (2)
+
+c are the exact derivatives at the mean position, q a quadratic function 1/2 T'' : x x whose spectrum stands beside
+that of the position (tensions), s = -1 for the air gap, and p = 1 for velocities, 2 for accelerations. Points of the
+platform and the air gap are linear in the position: setdown is in heave.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM
+from tlpsim.loads.platform.body import rotation_matrix
+from tlpsim.loads.platform.tendons import tendon_loads
+from tlpsim.loads.spectral.dynamics import Dynamics, tension_expansion
+from tlpsim.loads.spectral.iteration import State
+from tlpsim.loads.spectral.model import SpectralModel
+from tlpsim.loads.spectral.records import Quantity
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+_COMPLEX_STEP = 1e-30
+_SAME = 1e-9  # relative difference of the curvatures of tendons that are alike
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outputs:
+    """What is asked for beside the position.
+
+    Attributes
+    ----------
+    tensions, bottom_less_top
+        At the mean position, (t,) N, and the bottoms' less the tops'.
+    gradients
+        T', (t, 6).
+    curvatures
+        T'' of tendons that differ, (q, 6, 6).
+    kind
+        Number of each tendon's curvature, (t,).
+    places, place_gradients
+        Of points at the mean position, (n, 3) m, and their derivatives (n, 3, 6).
+    """
+
+    tensions: FloatArray
+    bottom_less_top: FloatArray
+    gradients: FloatArray
+    curvatures: FloatArray
+    kind: NDArray[np.int64]
+    places: FloatArray
+    place_gradients: FloatArray
+
+
+def outputs(model: SpectralModel, pose: FloatArray) -> Outputs:
+    """What is asked for, expanded about a mean position."""
+    tensions, gradients, curvatures = tension_expansion(model.platform, pose)
+    bottoms = tendon_loads(model.platform.tendons, pose)[2]
+    scale = np.abs(curvatures).max(axis=0, initial=0.0)
+    flat = np.round(curvatures / np.where(scale > 0.0, scale, 1.0) / _SAME) * _SAME
+    _, chosen, kind = np.unique(flat.reshape(len(flat), -1), axis=0, return_index=True, return_inverse=True)
+
+    def places(at: NDArray[Any]) -> NDArray[Any]:
+        return at[:3] + model.points @ rotation_matrix(at[3:]).T
+
+    columns = [places(pose + 1j * _COMPLEX_STEP * unit).imag / _COMPLEX_STEP for unit in np.eye(6)]
+    return Outputs(
+        tensions=tensions,
+        bottom_less_top=bottoms - tensions,
+        gradients=gradients,
+        curvatures=curvatures[chosen],
+        kind=kind.ravel(),
+        places=places(pose),
+        place_gradients=np.stack(columns, axis=-1),
+    )
+
+
+def quantities(
+    asked: Outputs,
+    model: SpectralModel,
+    system: Dynamics,
+    frequency: FloatArray,
+    spectrum: ComplexArray,
+    state: State,
+    waves: ComplexArray,
+    elevation: ComplexArray,
+) -> dict[str, Quantity]:
+    """Every quantity by name.
+
+    Parameters
+    ----------
+    spectrum
+        Of the position and of the quadratic quantities 1/2 T'' : x x, (m, 6 + q, 6 + q).
+    state
+        For the covariance of the position.
+    waves, elevation
+        First-order motion (6, m, r) and elevation (m, r).
+    """
+    found: dict[str, Quantity] = {}
+    size = spectrum.shape[1]
+
+    def add(name: str, unit: str, mean: float, row: FloatArray, power: int = 0) -> None:
+        whole = np.zeros(size)
+        whole[: len(row)] = row
+        density = np.einsum("i,fij,j->f", whole, spectrum, whole, optimize=True).real
+        density = np.maximum(density, 0.0) * (2.0 * np.pi * frequency) ** (2 * power)
+        found[name] = Quantity(name=name, unit=unit, mean=mean, frequency=frequency, density=density)
+
+    for power, (prefix, per) in enumerate((("position", ""), ("velocity", "/s"), ("acceleration", "/s2"))):
+        for i, degree in enumerate(DEGREES_OF_FREEDOM):
+            unit = ("m" if i < 3 else "rad") + per
+            add(f"{prefix}.{degree}", unit, 0.0 if power else float(system.pose[i]), np.eye(6)[i], power)
+    numbers = np.arange(1, len(asked.tensions) + 1) if model.tendons is None else model.tendons
+    for prefix, change in (("tendon_tension", np.zeros(len(numbers))), ("tendon_bottom_tension", asked.bottom_less_top)):
+        for t, number in enumerate(numbers):
+            curve = asked.curvatures[asked.kind[t]]
+            mean = asked.tensions[t] + change[t] + 0.5 * float(np.sum(curve * state.position))
+            row = np.concatenate([asked.gradients[t], np.eye(len(asked.curvatures))[asked.kind[t]]])
+            add(f"{prefix}[{number}]", "N", float(mean), row)
+    for k, place in enumerate(asked.places):
+        for axis, name in enumerate("xyz"):
+            row = asked.place_gradients[k, axis]
+            add(f"point_position[{k + 1}].{name}", "m", float(place[axis]), row)
+            add(f"point_acceleration[{k + 1}].{name}", "m/s2", 0.0, row, 2)
+    if len(asked.places):
+        row = asked.place_gradients[0, 2]
+        rise = np.einsum("i,ifr->fr", row, waves)
+        change = np.sum(np.abs(rise - elevation) ** 2 - np.abs(rise) ** 2, axis=1)
+        own = found["point_position[1].z"].density + change
+        found["airgap"] = Quantity(
+            name="airgap", unit="m", mean=float(asked.places[0, 2]), frequency=frequency, density=np.maximum(own, 0.0)
+        )
+    return found

@@ -1,0 +1,144 @@
+"""A model on the grids of frequencies on which the frequency domain iterates.
+
+Waves stand on even steps, wide since nothing is resonant in them; slow motion on fine steps up to `SLOW_BAND`, and on
+wide ones beyond.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tlpsim.loads.hydro.morison import inertia_transfer
+from tlpsim.loads.spectral import viscous
+from tlpsim.loads.spectral.decomposition import decompose
+from tlpsim.loads.spectral.dynamics import Memory, fluid_memory
+from tlpsim.loads.spectral.model import SpectralModel, SpectralWaves, SpectralWind
+from tlpsim.loads.spectral.second_order import drift_matrix
+from tlpsim.loads.spectral.wave_grid import WaveGrid, equivalent_width, wave_grid
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+WAVE_STEP = 2e-3
+"""Hz, largest of the waves' grid, on which nothing is resonant."""
+MOST_COMPONENTS = 1500
+"""of the waves' grid, over all directions, unless its steps would be longer than `LONGEST_WAVE_STEP`."""
+LONGEST_WAVE_STEP = 5e-3
+SLOW_BAND = 0.06
+"""Hz, below which the slow motion is resolved in fine steps within the iteration."""
+
+_STEPS_IN_SPECTRUM = 20
+_HIGHEST = 0.6  # Hz, at least, to hold the tether modes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeaOnGrid:
+    """Waves on a grid, and what of their loads does not depend on the response."""
+
+    waves: SpectralWaves
+    grid: WaveGrid
+    elements: tuple[viscous.DragElements, viscous.DragElements]
+    rows: tuple[viscous.DragRows, viscous.DragRows]
+    excitation: ComplexArray
+    drift: ComplexArray | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GustsOnGrid:
+    """Wind on a grid of frequencies: decomposed speeds (m, n, r), and their variances (n,)."""
+
+    wind: SpectralWind
+    frequency: FloatArray
+    weight: FloatArray
+    speeds: ComplexArray
+    variance: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    model: SpectralModel
+    memory: Memory
+    sea: SeaOnGrid | None
+    gusts: GustsOnGrid | None
+    frequency: FloatArray  # of the slow motion within the iteration, uneven, with trapezoidal weights
+    weight: FloatArray
+
+
+def trapezoid(frequency: FloatArray) -> FloatArray:
+    gaps = np.diff(frequency)
+    weight = np.zeros(len(frequency))
+    weight[:-1] += 0.5 * gaps
+    weight[1:] += 0.5 * gaps
+    return weight
+
+
+def sea_on_grid(waves: SpectralWaves, step: float, with_drift: bool = True) -> SeaOnGrid:
+    grid = wave_grid(waves, step)
+    elements = viscous.strips(waves), viscous.surface_pieces(waves)
+    transfer_of = waves.excitation
+    if not len(grid.root):
+        excitation = np.zeros((6, 0), dtype=np.complex128)
+    elif transfer_of is None:
+        excitation = inertia_transfer(waves.members, grid.sea, waves.water_density)
+    else:
+        excitation = transfer_of(grid.sea)
+    rows = viscous.drag_rows(elements[0], grid), viscous.drag_rows(elements[1], grid)
+    has_drift = with_drift and waves.drift is not None and len(grid.root) > 0
+    return SeaOnGrid(
+        waves=waves,
+        grid=grid,
+        elements=elements,
+        rows=rows,
+        excitation=excitation * grid.root,
+        drift=drift_matrix(waves.drift, grid) if has_drift and waves.drift is not None else None,
+    )
+
+
+def gusts_on_grid(wind: SpectralWind, frequency: FloatArray) -> GustsOnGrid:
+    """Gusts at frequencies (m,), up to the end of their band."""
+    inside = frequency <= wind.highest_frequency
+    weight = trapezoid(frequency[inside]) if np.count_nonzero(inside) > 1 else np.zeros(0)
+    chosen = frequency[inside]
+    # Spectra over the logarithm of the frequency have no value at zero: the mean is no gust.
+    at = np.maximum(chosen, 0.25 * frequency[1])
+    speeds = decompose(chosen, wind.spectrum(at)).function if np.any(wind.speed > 0.0) else None
+    if speeds is None:
+        speeds = np.zeros((len(chosen), len(wind.speed), 0), dtype=np.complex128)
+    variance = np.einsum("m,mnr->n", weight, np.abs(speeds) ** 2)
+    return GustsOnGrid(wind=wind, frequency=chosen, weight=weight, speeds=speeds, variance=variance)
+
+
+def highest_frequency(model: SpectralModel) -> float:
+    waves = 0.0
+    if model.waves is not None and model.waves.state.significant_height > 0.0:
+        waves = 2.2 * model.waves.state.highest_frequency
+    wind = 0.0 if model.wind is None else model.wind.highest_frequency
+    return max(waves, wind, _HIGHEST)
+
+
+def wave_step(waves: SpectralWaves) -> float:
+    """Step of the waves' grid in Hz: short beside the width of the spectrum, long where there are many directions."""
+    if not waves.state.significant_height > 0.0:
+        return WAVE_STEP
+    narrow = min(WAVE_STEP, equivalent_width(waves.state) / _STEPS_IN_SPECTRUM)
+    most = 1.1 * waves.state.highest_frequency * waves.state.directions / MOST_COMPONENTS
+    return max(narrow, min(most, LONGEST_WAVE_STEP))
+
+
+def prepared(model: SpectralModel, step: float) -> Problem:
+    highest = highest_frequency(model)
+    slow = step * np.arange(int(SLOW_BAND / step) + 1)
+    frequency = np.concatenate([slow, np.arange(slow[-1] + WAVE_STEP, highest, WAVE_STEP)])
+    return Problem(
+        model=model,
+        memory=fluid_memory(model.platform, model.step, 2.0 * np.pi * highest),
+        sea=None if model.waves is None else sea_on_grid(model.waves, wave_step(model.waves)),
+        gusts=None if model.wind is None else gusts_on_grid(model.wind, frequency),
+        frequency=frequency,
+        weight=trapezoid(frequency),
+    )
+
+

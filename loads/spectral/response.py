@@ -1,0 +1,242 @@
+"""Response of a platform by the frequency domain: iteration and perturbation, Fig. 5 of Li and Kareem (1990).
+
+    order 0   mean position under mean wind, current, drift, drag, and what fluctuations leave of all these
+    order 1   waves and gusts, x = Z^-1 F, with drag and wind linear for the statistics of the relative velocities
+    order 2   products of first-order quantities, at difference and sum frequencies, x = Z^-1 z
+    products  of slow motion (gusts and difference frequencies) with itself and with that of waves, in the tethers
+
+Drag coefficients, stiffness and damping depend on covariances that follow from the response, so orders 0 and 1 are
+repeated until these stand still, within rounds that bring the second order in (`tlpsim.loads.spectral.iteration`).
+Spectra come at last, on even fine frequencies, here.
+
+Slow motion of the second order is taken as Gaussian and independent of the waves in the products. Products in which
+slow motion shifts the waves' phase are left out: the waves act at the platform, and a slow shift of phase keeps the
+spectrum of a force.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tlpsim.loads.spectral.dynamics import natural_modes, tension_expansion, transfer
+from tlpsim.loads.spectral.iteration import (
+    TOLERANCE,
+    Expanded,
+    FirstOrder,
+    State,
+    converged,
+    gust_motion,
+    second_order_parts,
+    wave_motion,
+)
+from tlpsim.loads.spectral.model import SpectralModel
+from tlpsim.loads.spectral.outputs import Outputs, outputs, quantities
+from tlpsim.loads.spectral.problem import Problem, gusts_on_grid, prepared, sea_on_grid
+from tlpsim.loads.spectral.product_spectra import product_spectrum, square_spectrum
+from tlpsim.loads.spectral.records import Mode, SpectralResponse
+from tlpsim.loads.spectral.second_order import QuadraticSpectra, spectra, whole
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+FREQUENCY_STEP = 2.5e-4
+"""Hz, of the spectra, unless a slow mode is so narrow that it asks for less."""
+STEPS_IN_WIDTH = 1.5
+"""Steps in half of the width of a mode, damping ratio over period."""
+SHORTEST_STEP = 1e-5
+"""Hz"""
+ALL_SECOND_ORDER = "all second order"
+PRODUCTS = "products"
+
+
+def respond(
+    model: SpectralModel, *, step: float = FREQUENCY_STEP, tolerance: float = TOLERANCE
+) -> SpectralResponse:
+    """Means, spectra and extremes of the response.
+
+    Parameters
+    ----------
+    model
+        The platform and what acts on it.
+    step
+        Largest step of the frequencies, Hz.
+    tolerance
+        Relative change of means and spreads at which the iteration ends.
+
+    Raises
+    ------
+    ScenarioError
+        If the current stops a wave, or a parameter is out of range.
+    SolverError
+        When there is no mean position, no stationary response, or the iteration does not converge.
+    """
+    began = time.perf_counter()
+    problem = prepared(model, step)
+    prepared_at = time.perf_counter()
+    expanded, first, state, changes = converged(problem, tolerance)
+    modes = natural_modes(expanded.system, problem.memory)
+    needed = _needed_step(modes)
+    if needed < step and step > SHORTEST_STEP:
+        return respond(model, step=max(needed, SHORTEST_STEP), tolerance=tolerance)
+    iterated = time.perf_counter()
+    return _evaluated(problem, expanded, first, state, tuple(changes), modes, step, (began, prepared_at, iterated))
+
+
+def _needed_step(modes: tuple[Mode, ...]) -> float:
+    return min((mode.damping_ratio / mode.period / STEPS_IN_WIDTH for mode in modes), default=np.inf)
+
+
+def _through(matrices: ComplexArray, response: ComplexArray) -> ComplexArray:
+    """Spectra (m, k, k) of positions and further quantities from those of forces (6) and of these quantities."""
+    size = matrices.shape[1]
+    operator = np.zeros((len(response), size, size), dtype=np.complex128)
+    operator[:, :6, :6] = response
+    operator[:, np.arange(6, size), np.arange(6, size)] = 1.0
+    return np.asarray(operator @ matrices @ np.conj(np.swapaxes(operator, 1, 2)))
+
+
+def _padded(matrices: ComplexArray, size: int) -> ComplexArray:
+    """Spectra of positions (m, 6, 6) with further quantities that are zero."""
+    result = np.zeros((len(matrices), size, size), dtype=np.complex128)
+    result[:, :6, :6] = matrices
+    return result
+
+
+def _evaluated(
+    problem: Problem,
+    expanded: Expanded,
+    first: FirstOrder,
+    state: State,
+    changes: tuple[float, ...],
+    modes: tuple[Mode, ...],
+    step: float,
+    times: tuple[float, float, float],
+) -> SpectralResponse:
+    """Spectra of everything on fine frequencies."""
+    model, system = problem.model, expanded.system
+    frequency = step * np.arange(int(round(problem.frequency[-1] / step)) + 1)
+    response = transfer(system, problem.memory, 2.0 * np.pi * frequency)
+    asked = outputs(model, system.pose)
+    size = 6 + len(asked.curvatures)
+    fine_waves, elevation = _waves(problem, expanded, frequency)
+    parts: dict[str, ComplexArray] = {}
+    slow = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
+    if problem.gusts is not None:
+        gusts, squares = _wind(problem, expanded, frequency, response, fine_waves)
+        parts["wind"] = gusts + squares
+        slow += parts["wind"]
+    if problem.sea is not None:
+        parts["waves"] = np.einsum("ifr,jfr->fij", fine_waves, fine_waves.conj(), optimize=True)
+    whole_spectrum = _padded(sum(parts.values(), np.zeros_like(slow)), size)
+    second = _second_order(problem, expanded, first, asked)
+    for name, found in second.items():
+        forces = found.difference.at(frequency)
+        low = _through(forces, response)
+        both = low + _through(found.total.at(frequency), response)
+        if name == ALL_SECOND_ORDER:
+            slow += low[:, :6, :6]
+            whole_spectrum += both
+        parts[name] = both[:, :6, :6]
+    products = _products(expanded, asked, slow, parts.get("waves"), frequency)
+    motion = _through(products, response)
+    whole_spectrum += motion
+    parts[PRODUCTS] = motion[:, :6, :6]
+    evaluated = time.perf_counter()
+    found_quantities = quantities(
+        asked, model, system, frequency, whole_spectrum, state, fine_waves, elevation
+    )
+    return SpectralResponse(
+        frequency=frequency,
+        quantities=found_quantities,
+        cross_spectrum=whole_spectrum[:, :6, :6],
+        contributions={name: np.einsum("fii->fi", part).real.copy() for name, part in parts.items()},
+        mean_loads=_mean_loads(expanded, second, state),
+        mean_position=system.pose,
+        modes=modes,
+        iterations=changes,
+        seconds={
+            "preparation": times[1] - times[0],
+            "iteration": times[2] - times[1],
+            "spectra": evaluated - times[2],
+            "statistics": time.perf_counter() - evaluated,
+        },
+    )
+
+
+def _waves(problem: Problem, expanded: Expanded, frequency: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """First-order motion (6, m, r) and elevation (m, r) of waves at fine frequencies (m,)."""
+    count, step = len(frequency), frequency[1]
+    if problem.sea is None or not len(problem.sea.grid.root):
+        return np.zeros((6, count, 0), dtype=np.complex128), np.zeros((count, 0), dtype=np.complex128)
+    sea = sea_on_grid(problem.sea.waves, step, with_drift=False)
+    motion, _ = wave_motion(sea, problem, expanded)
+    grid = sea.grid
+    rows = np.round(grid.frequency / step).astype(np.int64)
+    result = np.zeros((6, count, grid.order), dtype=np.complex128)
+    elevation = np.zeros((count, grid.order), dtype=np.complex128)
+    kept = rows < count
+    result[:, rows[kept]] = motion.reshape(6, grid.order, -1).swapaxes(1, 2)[:, kept]
+    elevation[rows[kept]] = grid.root.reshape(grid.order, -1).T[kept]
+    return result, elevation
+
+
+def _wind(
+    problem: Problem, expanded: Expanded, frequency: FloatArray, response: ComplexArray, waves: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Cross-spectra (m, 6, 6) of the motion of gusts, and of that of the squares of the relative speeds."""
+    assert problem.gusts is not None
+    assert expanded.wind is not None
+    gusts = gusts_on_grid(problem.gusts.wind, frequency)
+    motion = gust_motion(gusts, problem, expanded)
+    count = len(gusts.frequency)
+    result = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
+    result[:count] = motion @ np.conj(np.swapaxes(motion, 1, 2))
+    if not np.any(expanded.wind.on_squares):
+        return result, np.zeros_like(result)
+    rate = 2j * np.pi * frequency[:, None, None]
+    own = gusts.speeds - expanded.wind.along @ (rate[:count] * motion)
+    others = expanded.wind.along @ (rate * waves.swapaxes(0, 1))
+    speeds = others @ np.conj(np.swapaxes(others, 1, 2))
+    speeds[:count] += own @ np.conj(np.swapaxes(own, 1, 2))
+    forces = square_spectrum(frequency, speeds, expanded.system.loads @ expanded.wind.on_squares)
+    return result, response @ forces @ np.conj(np.swapaxes(response, 1, 2))
+
+
+def _second_order(
+    problem: Problem, expanded: Expanded, first: FirstOrder, asked: Outputs
+) -> Mapping[str, QuadraticSpectra]:
+    """Spectra of quadratic forces and of further quadratic quantities by part, and of all parts together."""
+    sea = problem.sea
+    if sea is None or not len(sea.grid.root):
+        return {}
+    parts = second_order_parts(sea, expanded, first, asked.curvatures)
+    found = {name: spectra(part, sea.grid) for name, part in parts.items()}
+    return {**found, ALL_SECOND_ORDER: spectra(whole(parts), sea.grid)}
+
+
+def _products(
+    expanded: Expanded, asked: Outputs, slow: ComplexArray, waves: ComplexArray | None, frequency: FloatArray
+) -> ComplexArray:
+    """Spectra of -1/2 r'' : x x and of further quadratic quantities from slow motion, alone and with that of waves."""
+    curvature = 0.5 * np.concatenate([-expanded.curvature, asked.curvatures])
+    found = product_spectrum(frequency, slow, curvature)
+    if waves is not None:
+        found = found + product_spectrum(frequency, slow, 2.0 * curvature, waves)
+    return found
+
+
+def _mean_loads(
+    expanded: Expanded, second: Mapping[str, QuadraticSpectra], state: State
+) -> dict[str, FloatArray]:
+    """Mean loads by part, earth-fixed, those of the second order by name."""
+    loads = {name: value for name, value in expanded.loads.items() if name != "second order" and np.any(value)}
+    inverse = np.linalg.inv(expanded.system.loads)
+    for name in ("following", "displaced position", "slow drift"):
+        if name in second:
+            loads[name] = inverse @ second[name].mean[:6]
+    loads["tethers"] = -0.5 * inverse @ np.einsum("ijk,jk->i", expanded.curvature, state.position)
+    return loads
