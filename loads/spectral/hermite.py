@@ -15,13 +15,13 @@ The power is a sum of Gaussians, whose expectation is a product over the princip
     |V|^3 / 3 = (4 sqrt(pi))^-1 int_0^inf (exp(-t |V|^2) - 1 + t |V|^2) t^(-5/2) dt                     (3)
     G(t) = E exp(-t |V|^2) = prod_i (1 + 2 t s_i)^(-1/2) exp(-a_i U_i^2),   a_i = t / (1 + 2 t s_i)     (4)
 
-So every coefficient is one integral over t of powers of a_i and U_i times G, in any dimension. The kink of F at V = 0 is
-gone: the integrand is smooth whatever the anisotropy, and a variance of zero is no exception. The substitution
+So every coefficient is one integral over t of powers of a_i and U_i times G, in any dimension. The kink of F at V = 0
+is gone: the integrand is smooth whatever the anisotropy, and a variance of zero is no exception. The substitution
 
     t = exp(x + exp(x - b) - exp(-1 - x)),   (|U|^2 + greatest s = 1)                                   (5)
 
 has the scales of t, from 1 to exp(b), evenly in x, and falls off double exponentially outside of them, where the
-trapezoidal rule converges exponentially: a step of 0.3 leaves an error of some 1e-14.
+trapezoidal rule converges exponentially: a step of 0.25 leaves an error of some 1e-13.
 
 In the splash zone drag acts on a length that varies with the elevation e. With r = Cov(v, e), by Stein's lemma,
 
@@ -43,10 +43,10 @@ from tlpsim.loads.errors import ScenarioError
 
 FloatArray = NDArray[np.float64]
 
-_STEP = 0.3  # in x of eq. (5)
-_TAIL = np.log(2.0 * np.log(1e24))  # past the scales of t, where t^(-1/2) has fallen to 1e-24
+_STEP = 0.25  # in x of eq. (5)
+_TAIL = np.log(2.0 * np.log(1e18))  # past the scales of t, where t^(-1/2) has fallen to 1e-18
 _GONE = 80.0  # exponent of eq. (4) past which G no longer counts
-_LEAST_VARIANCE = 1e-22  # relative to |U|^2 + greatest variance; errors go with its root where U is as small
+_LEAST_VARIANCE = 1e-22  # relative to |U|^2 + greatest variance, of an axis whose U^2 is less
 _ROUNDING = 1e-10  # of a covariance, relative to its greatest entry: asymmetry, negative variances
 
 
@@ -128,7 +128,8 @@ def expand(mean: ArrayLike, covariance: ArrayLike) -> Expansion:
     scale = np.sum(mean**2, axis=1) + variance[:, -1]  # m²/s²
     unit = np.where(scale > 0.0, scale, 1.0)
     along = np.einsum("sia,si->sa", axes, mean) / np.sqrt(unit)[:, None]
-    coefficients = _principal_coefficients(along, np.maximum(variance / unit[:, None], _LEAST_VARIANCE))
+    share = np.maximum(variance / unit[:, None], np.where(along**2 < _LEAST_VARIANCE, _LEAST_VARIANCE, 0.0))
+    coefficients = _principal_coefficients(along, share)
     whole = [
         _rotated(np.where(scale > 0.0, unit ** (1.5 - rank / 2.0), 0.0)[:, None] * values, axes, rank)
         for rank, values in enumerate(coefficients, start=1)
@@ -189,7 +190,8 @@ def splash(expansion: Expansion, cross: ArrayLike) -> SplashExpansion:
     cross = np.asarray(cross, dtype=np.float64)
     if cross.shape != expansion.mean.shape or not np.all(np.isfinite(cross)):
         raise ScenarioError(
-            f"covariance of velocity and elevation has shape {cross.shape}; it must be {expansion.mean.shape} and finite"
+            f"covariance of velocity and elevation has shape {cross.shape}; "
+            f"it must be {expansion.mean.shape} as the mean of the expansion, and finite"
         )
     return SplashExpansion(
         mean=np.einsum("sij,sj->si", expansion.linear, cross),
@@ -219,8 +221,8 @@ def _velocity(mean: ArrayLike, covariance: ArrayLike) -> tuple[FloatArray, Float
     if np.any(bad := skew > _ROUNDING * np.abs(matrix).max(axis=(1, 2))):
         at = int(np.argmax(bad))
         raise ScenarioError(
-            f"covariance of the velocity at element {at} is {matrix[at].tolist()} m²/s², unsymmetric by {skew[at]:.3g}; "
-            "it must be symmetric, so take the real part of the integrated cross-spectra"
+            f"covariance of the velocity at element {at} is {matrix[at].tolist()} m²/s², unsymmetric by "
+            f"{skew[at]:.3g}; it must be symmetric, so take the real part of the integrated cross-spectra"
         )
     return speed, 0.5 * (matrix + np.swapaxes(matrix, 1, 2))
 
@@ -244,7 +246,7 @@ def _principal_coefficients(mean: FloatArray, variance: FloatArray) -> list[Floa
     powers = (weight * t**-1.5) * np.exp(exponent)
     # Derivatives of exp(-a U^2) to U, relative to it: Hermite polynomials of sqrt(a) U.
     derivative = (None, -2.0 * au, a * (4.0 * au2 - 2.0), a * au * (12.0 - 8.0 * au2), a**2 * _fourth(au2))
-    # What the subtracted terms of eq. (3) add to an integrand of the first and second degree, 2 t (1 - G / (1 + 2 t s)).
+    # With the subtracted terms of eq. (3), c0 / U and C1 have 2 t (1 - G / (1 + 2 t s)) in place of -2 a G.
     bounded = 2.0 * np.einsum("sn,dsn->ds", weight / np.sqrt(t), -np.expm1(exponent - root))
     result = [bounded.T * mean]
     for rank, factorial in ((2, 1.0), (3, 2.0), (4, 6.0)):
@@ -268,7 +270,7 @@ def _rule(mean: FloatArray, variance: FloatArray) -> tuple[FloatArray, FloatArra
     """Nodes t of shape (s, n), and weights of dt / t with the factor of eq. (3), by eq. (5)."""
     squares = mean**2
     gone = np.divide(_GONE, squares, out=np.full_like(squares, np.inf), where=squares > 2.0 * _GONE * variance)
-    last = np.log(np.minimum(gone.min(axis=1), 0.5 / variance.min(axis=1)))[:, None] + 1.0
+    last = np.log(np.minimum(gone.min(axis=1), 0.5 / np.maximum(variance.min(axis=1), 1e-300)))[:, None] + 1.0
     lowest, highest = -1.0 - _TAIL, last + _TAIL
     count = int(np.ceil((highest - lowest).max() / _STEP)) + 1
     x = lowest + (highest - lowest) * np.linspace(0.0, 1.0, count)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from tlpsim.loads.errors import SolverError
 from tlpsim.loads.spectral import viscous
 from tlpsim.loads.spectral.aerodynamic import LinearWind, linear_wind
-from tlpsim.loads.spectral.bispectral import BispectralMatrix
 from tlpsim.loads.spectral.dynamics import (
     Dynamics,
     dynamics,
@@ -23,11 +22,12 @@ from tlpsim.loads.spectral.dynamics import (
     restoring_curvature,
     transfer,
 )
-from tlpsim.loads.spectral.problem import GustsOnGrid, Problem, SeaOnGrid
+from tlpsim.loads.spectral.problem import GustsOnGrid, Problem, SeaOnGrid, acting_sea
 from tlpsim.loads.spectral.second_order import (
+    SLOW_DRIFT,
+    SecondOrder,
     displaced_products,
-    drift_only,
-    matrix,
+    means,
     spectra,
     tether_products,
     whole,
@@ -45,7 +45,9 @@ ROUND_TOLERANCE = 1e-4
 LARGEST_ITERATION, LARGEST_ROUND = 200, 30
 
 _RELAXATION = 0.7
-_WITH_MEAN = ("following", "displaced position", "slow drift")
+SECOND_ORDER = "second order"
+WITH_MEAN = ("following", "displaced position", SLOW_DRIFT)
+"""Parts of the second order whose mean is not in the expansion of the drag, nor in that of the tethers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +135,7 @@ def _expanded(problem: Problem, state: State, curvature: FloatArray) -> tuple[Ex
                 flow = current_velocity(waves.current, np.zeros(1))[0]
             damping = damping + waves.drift_damping
             loads["wave drift damping"] = waves.drift_damping[:, :3] @ flow
-        loads["second order"] = state.quadratic_mean
+        loads[SECOND_ORDER] = state.quadratic_mean
     if problem.gusts is not None:
         wind = linear_wind(problem.gusts.wind, float(state.pose[5]), problem.gusts.variance, state.relative)
         damping, yaw_slope = damping + wind.damping, wind.yaw_slope
@@ -245,45 +247,36 @@ def _settled(problem: Problem, state: State, tolerance: float) -> tuple[Expanded
 # Order 2
 
 
-def second_order_parts(
-    sea: SeaOnGrid, expanded: Expanded, first: FirstOrder, curvatures: FloatArray
-) -> dict[str, BispectralMatrix]:
-    """Bi-spectral matrices of generalized forces (6), and of 1/2 c : x x for further curvatures (q, 6, 6)."""
+def second_order(sea: SeaOnGrid, expanded: Expanded, first: FirstOrder, curvatures: FloatArray) -> SecondOrder:
+    """Generalized forces (6) of the second order, and 1/2 c : x x for further curvatures (q, 6, 6)."""
     assert expanded.drag is not None
-    grid, waves, more = sea.grid, sea.waves, len(curvatures)
-    loads = np.vstack([expanded.system.loads, np.zeros((more, 6))])
-    products = {}
+    grid, more = sea.grid, np.zeros((len(curvatures), 6))
+    loads = np.vstack([expanded.system.loads, more])
     under, surface = (
         viscous.relative_rows(elements, rows, first.waves, grid.omega)
         for elements, rows in zip(sea.elements, sea.rows, strict=True)
     )
-    products["viscous"] = viscous.viscous_products(expanded.drag, under[0])
-    products["splash"] = viscous.splash_products(expanded.drag, *surface)
-    products["following"] = viscous.following_products(expanded.drag, under[1], sea.rows[0])
-    if waves.displaced_position:
-        products["displaced position"] = displaced_products(first.waves, first.force, grid)
-    found = {
-        name: matrix(each._replace(weights=loads @ each.weights), grid)
-        for name, each in products.items()
-        if len(each.first)
+    products = {
+        "viscous": viscous.viscous_products(expanded.drag, under[0]),
+        "splash": viscous.splash_products(expanded.drag, *surface),
+        "following": viscous.following_products(expanded.drag, under[1], sea.rows[0]),
     }
-    if sea.drift is not None:
-        found["slow drift"] = drift_only(np.tensordot(loads, sea.drift, axes=1), grid)
-    found["tethers"] = matrix(tether_products(first.waves, np.concatenate([-expanded.curvature, curvatures])), grid)
-    return found
+    if sea.waves.displaced_position:
+        products["displaced position"] = displaced_products(first.waves, first.force, grid)
+    found = {name: each._replace(weights=loads @ each.weights) for name, each in products.items() if len(each.first)}
+    found["tethers"] = tether_products(first.waves, np.concatenate([-expanded.curvature, curvatures]))
+    drift = None if sea.drift is None else np.tensordot(loads, sea.drift, axes=1)
+    return SecondOrder(products=found, drift=drift)
 
 
 def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: State) -> State:
     """The state with mean loads and covariances of the second order."""
-    sea = problem.sea
-    if sea is None or not len(sea.grid.root):
+    sea = acting_sea(problem)
+    if sea is None:
         return state
-    parts = second_order_parts(sea, expanded, first, np.zeros((0, 6, 6)))
-    load = np.zeros(6)
-    for name in _WITH_MEAN:
-        if name in parts:
-            load += spectra(parts[name], sea.grid).mean
-    found = spectra(whole(parts), sea.grid)
+    parts = second_order(sea, expanded, first, np.zeros((0, 6, 6)))
+    load = np.sum([value for name, value in means(parts, sea.grid).items() if name in WITH_MEAN], axis=0)
+    found = spectra(whole(parts, sea.grid), sea.grid)
     response = transfer(expanded.system, problem.memory, 2.0 * np.pi * problem.frequency)
     forces = found.difference.at(problem.frequency) + found.total.at(problem.frequency)
     motion = response @ forces @ np.conj(np.swapaxes(response, 1, 2))

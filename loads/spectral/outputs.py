@@ -22,13 +22,13 @@ from tlpsim.loads.platform.tendons import tendon_loads
 from tlpsim.loads.spectral.dynamics import Dynamics, tension_expansion
 from tlpsim.loads.spectral.iteration import State
 from tlpsim.loads.spectral.model import SpectralModel
-from tlpsim.loads.spectral.records import Quantity
+from tlpsim.loads.spectral.records import Quantity, band_integral
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 _COMPLEX_STEP = 1e-30
-_SAME = 1e-9  # relative difference of the curvatures of tendons that are alike
+_SAME = 1e-6  # relative difference of the derivatives of tendons that are alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,8 +43,8 @@ class Outputs:
         T', (t, 6).
     curvatures
         T'' of tendons that differ, (q, 6, 6).
-    kind
-        Number of each tendon's curvature, (t,).
+    kind, first
+        Number of each tendon among those that differ, (t,), and the first tendon of each number, (q,).
     places, place_gradients
         Of points at the mean position, (n, 3) m, and their derivatives (n, 3, 6).
     """
@@ -54,17 +54,27 @@ class Outputs:
     gradients: FloatArray
     curvatures: FloatArray
     kind: NDArray[np.int64]
+    first: NDArray[np.int64]
     places: FloatArray
     place_gradients: FloatArray
+
+    @property
+    def forms(self) -> tuple[FloatArray, FloatArray]:
+        """First (6 + q, 6) and second derivatives (6 + q, 6, 6) of the position and of tensions that differ."""
+        return (
+            np.concatenate([np.eye(6), self.gradients[self.first]]),
+            np.concatenate([np.zeros((6, 6, 6)), self.curvatures]),
+        )
 
 
 def outputs(model: SpectralModel, pose: FloatArray) -> Outputs:
     """What is asked for, expanded about a mean position."""
     tensions, gradients, curvatures = tension_expansion(model.platform, pose)
     bottoms = tendon_loads(model.platform.tendons, pose)[2]
-    scale = np.abs(curvatures).max(axis=0, initial=0.0)
-    flat = np.round(curvatures / np.where(scale > 0.0, scale, 1.0) / _SAME) * _SAME
-    _, chosen, kind = np.unique(flat.reshape(len(flat), -1), axis=0, return_index=True, return_inverse=True)
+    derivatives = np.concatenate([gradients, curvatures.reshape(-1, 36)], axis=1)
+    scale = np.abs(derivatives).max(axis=0, initial=0.0)
+    rounded = np.round(derivatives / np.where(scale > 0.0, scale, 1.0) / _SAME)
+    _, chosen, kind = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
 
     def places(at: NDArray[Any]) -> NDArray[Any]:
         return at[:3] + model.points @ rotation_matrix(at[3:]).T
@@ -76,6 +86,7 @@ def outputs(model: SpectralModel, pose: FloatArray) -> Outputs:
         gradients=gradients,
         curvatures=curvatures[chosen],
         kind=kind.ravel(),
+        first=chosen,
         places=places(pose),
         place_gradients=np.stack(columns, axis=-1),
     )
@@ -88,8 +99,8 @@ def quantities(
     frequency: FloatArray,
     spectrum: ComplexArray,
     state: State,
-    waves: ComplexArray,
-    elevation: ComplexArray,
+    sea: tuple[ComplexArray, ComplexArray],
+    cumulants: FloatArray,
 ) -> dict[str, Quantity]:
     """Every quantity by name.
 
@@ -99,30 +110,46 @@ def quantities(
         Of the position and of the quadratic quantities 1/2 T'' : x x, (m, 6 + q, 6 + q).
     state
         For the covariance of the position.
-    waves, elevation
+    sea
         First-order motion (6, m, r) and elevation (m, r).
+    cumulants
+        Third and fourth, (6 + q, 2), of the position and of tensions that differ.
     """
     found: dict[str, Quantity] = {}
     size = spectrum.shape[1]
 
-    def add(name: str, unit: str, mean: float, row: FloatArray, power: int = 0) -> None:
+    def add(name: str, unit: str, mean: float, row: FloatArray, power: int = 0, higher: Any = (0.0, 0.0)) -> None:
         whole = np.zeros(size)
         whole[: len(row)] = row
         density = np.einsum("i,fij,j->f", whole, spectrum, whole, optimize=True).real
         density = np.maximum(density, 0.0) * (2.0 * np.pi * frequency) ** (2 * power)
-        found[name] = Quantity(name=name, unit=unit, mean=mean, frequency=frequency, density=density)
+        variance = band_integral(frequency, density)
+        shape = (higher[0] / variance**1.5, higher[1] / variance**2) if variance > 0.0 else (0.0, 0.0)
+        found[name] = Quantity(
+            name=name,
+            unit=unit,
+            mean=mean,
+            frequency=frequency,
+            density=density,
+            skewness=float(shape[0]),
+            excess_kurtosis=float(shape[1]),
+        )
 
     for power, (prefix, per) in enumerate((("position", ""), ("velocity", "/s"), ("acceleration", "/s2"))):
         for i, degree in enumerate(DEGREES_OF_FREEDOM):
             unit = ("m" if i < 3 else "rad") + per
-            add(f"{prefix}.{degree}", unit, 0.0 if power else float(system.pose[i]), np.eye(6)[i], power)
+            mean = 0.0 if power else float(system.pose[i])
+            add(f"{prefix}.{degree}", unit, mean, np.eye(6)[i], power, (0.0, 0.0) if power else cumulants[i])
     numbers = np.arange(1, len(asked.tensions) + 1) if model.tendons is None else model.tendons
-    for prefix, change in (("tendon_tension", np.zeros(len(numbers))), ("tendon_bottom_tension", asked.bottom_less_top)):
+    for prefix, change in (
+        ("tendon_tension", np.zeros(len(numbers))),
+        ("tendon_bottom_tension", asked.bottom_less_top),
+    ):
         for t, number in enumerate(numbers):
             curve = asked.curvatures[asked.kind[t]]
             mean = asked.tensions[t] + change[t] + 0.5 * float(np.sum(curve * state.position))
             row = np.concatenate([asked.gradients[t], np.eye(len(asked.curvatures))[asked.kind[t]]])
-            add(f"{prefix}[{number}]", "N", float(mean), row)
+            add(f"{prefix}[{number}]", "N", float(mean), row, 0, cumulants[6 + asked.kind[t]])
     for k, place in enumerate(asked.places):
         for axis, name in enumerate("xyz"):
             row = asked.place_gradients[k, axis]
@@ -130,6 +157,7 @@ def quantities(
             add(f"point_acceleration[{k + 1}].{name}", "m/s2", 0.0, row, 2)
     if len(asked.places):
         row = asked.place_gradients[0, 2]
+        waves, elevation = sea
         rise = np.einsum("i,ifr->fr", row, waves)
         change = np.sum(np.abs(rise - elevation) ** 2 - np.abs(rise) ** 2, axis=1)
         own = found["point_position[1].z"].density + change

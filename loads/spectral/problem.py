@@ -75,8 +75,11 @@ def trapezoid(frequency: FloatArray) -> FloatArray:
     return weight
 
 
-def sea_on_grid(waves: SpectralWaves, step: float, with_drift: bool = True) -> SeaOnGrid:
-    grid = wave_grid(waves, step)
+def sea_on_grid(
+    waves: SpectralWaves, step: float, *, with_drift: bool = True, band: tuple[float, float] = (0.0, np.inf)
+) -> SeaOnGrid:
+    """Waves at whole multiples of `step` (Hz) within a band (Hz)."""
+    grid = wave_grid(waves, step, band)
     elements = viscous.strips(waves), viscous.surface_pieces(waves)
     transfer_of = waves.excitation
     if not len(grid.root):
@@ -142,3 +145,6 @@ def prepared(model: SpectralModel, step: float) -> Problem:
     )
 
 
+def acting_sea(problem: Problem) -> SeaOnGrid | None:
+    """The sea of a problem; None in calm water."""
+    return None if problem.sea is None or not len(problem.sea.grid.root) else problem.sea

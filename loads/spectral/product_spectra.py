@@ -1,4 +1,6 @@
 import numpy as np
+
+
 def _cov(frequency, s):
     n=len(frequency); df=frequency[1]
     N=4*n
@@ -12,7 +14,7 @@ def _back(r,frequency):
     return 2*np.fft.fft(r,axis=0)[:n]/(N*df)
 def product_spectrum(frequency, sg, a, sh=None):
     if sh is None:
-        R=_cov(frequency,sg); 
+        R=_cov(frequency,sg)
         t1=np.einsum('iab,tbc->tiac',a,R,optimize=True)
         RT=np.swapaxes(R,1,2)
         # 2 tr(A_i R A_j R^T)

@@ -1,6 +1,6 @@
 """Quadratic loads as lists of products of quantities that are linear in the waves.
 
-    z_i(t) = sum_m w_im a_m(t) b_m(t)                                                                    (1)
+z_i(t) = sum_m w_im a_m(t) b_m(t)                                                                    (1)
 """
 
 from __future__ import annotations

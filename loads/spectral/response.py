@@ -17,28 +17,38 @@ spectrum of a force.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tlpsim.loads.spectral.dynamics import natural_modes, tension_expansion, transfer
+from tlpsim.loads.spectral.dynamics import natural_modes, transfer
 from tlpsim.loads.spectral.iteration import (
+    SECOND_ORDER,
     TOLERANCE,
+    WITH_MEAN,
     Expanded,
     FirstOrder,
     State,
     converged,
     gust_motion,
-    second_order_parts,
+    second_order,
     wave_motion,
 )
 from tlpsim.loads.spectral.model import SpectralModel
+from tlpsim.loads.spectral.non_gaussian import higher_cumulants
 from tlpsim.loads.spectral.outputs import Outputs, outputs, quantities
-from tlpsim.loads.spectral.problem import Problem, gusts_on_grid, prepared, sea_on_grid
+from tlpsim.loads.spectral.problem import (
+    GustsOnGrid,
+    Problem,
+    SeaOnGrid,
+    acting_sea,
+    gusts_on_grid,
+    prepared,
+    sea_on_grid,
+)
 from tlpsim.loads.spectral.product_spectra import product_spectrum, square_spectrum
 from tlpsim.loads.spectral.records import Mode, SpectralResponse
-from tlpsim.loads.spectral.second_order import QuadraticSpectra, spectra, whole
+from tlpsim.loads.spectral.second_order import QuadraticSpectra, SecondOrder, matrices, means, spectra, whole
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -53,9 +63,7 @@ ALL_SECOND_ORDER = "all second order"
 PRODUCTS = "products"
 
 
-def respond(
-    model: SpectralModel, *, step: float = FREQUENCY_STEP, tolerance: float = TOLERANCE
-) -> SpectralResponse:
+def respond(model: SpectralModel, *, step: float = FREQUENCY_STEP, tolerance: float = TOLERANCE) -> SpectralResponse:
     """Means, spectra and extremes of the response.
 
     Parameters
@@ -99,17 +107,10 @@ def _through(matrices: ComplexArray, response: ComplexArray) -> ComplexArray:
     return np.asarray(operator @ matrices @ np.conj(np.swapaxes(operator, 1, 2)))
 
 
-def _padded(matrices: ComplexArray, size: int) -> ComplexArray:
-    """Spectra of positions (m, 6, 6) with further quantities that are zero."""
-    result = np.zeros((len(matrices), size, size), dtype=np.complex128)
-    result[:, :6, :6] = matrices
-    return result
-
-
 def _evaluated(
     problem: Problem,
     expanded: Expanded,
-    first: FirstOrder,
+    first_order: FirstOrder,
     state: State,
     changes: tuple[float, ...],
     modes: tuple[Mode, ...],
@@ -117,44 +118,41 @@ def _evaluated(
     times: tuple[float, float, float],
 ) -> SpectralResponse:
     """Spectra of everything on fine frequencies."""
-    model, system = problem.model, expanded.system
+    model, system, sea = problem.model, expanded.system, acting_sea(problem)
     frequency = step * np.arange(int(round(problem.frequency[-1] / step)) + 1)
     response = transfer(system, problem.memory, 2.0 * np.pi * frequency)
     asked = outputs(model, system.pose)
-    size = 6 + len(asked.curvatures)
-    fine_waves, elevation = _waves(problem, expanded, frequency)
+    waves, elevation = _waves(problem, expanded, frequency)
     parts: dict[str, ComplexArray] = {}
     slow = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
     if problem.gusts is not None:
-        gusts, squares = _wind(problem, expanded, frequency, response, fine_waves)
-        parts["wind"] = gusts + squares
+        parts["wind"] = _wind(problem.gusts, problem, expanded, frequency, response, waves)
         slow += parts["wind"]
-    if problem.sea is not None:
-        parts["waves"] = np.einsum("ifr,jfr->fij", fine_waves, fine_waves.conj(), optimize=True)
-    whole_spectrum = _padded(sum(parts.values(), np.zeros_like(slow)), size)
-    second = _second_order(problem, expanded, first, asked)
-    for name, found in second.items():
-        forces = found.difference.at(frequency)
-        low = _through(forces, response)
-        both = low + _through(found.total.at(frequency), response)
-        if name == ALL_SECOND_ORDER:
-            slow += low[:, :6, :6]
-            whole_spectrum += both
-        parts[name] = both[:, :6, :6]
-    products = _products(expanded, asked, slow, parts.get("waves"), frequency)
-    motion = _through(products, response)
-    whole_spectrum += motion
-    parts[PRODUCTS] = motion[:, :6, :6]
+    first = np.einsum("ifr,jfr->fij", waves, waves.conj(), optimize=True)
+    found = np.zeros((len(frequency), 6 + len(asked.curvatures), 6 + len(asked.curvatures)), dtype=np.complex128)
+    found[:, :6, :6] = slow + first
+    second = None if sea is None else second_order(sea, expanded, first_order, asked.curvatures)
+    if sea is not None and second is not None:
+        parts["waves"] = first
+        for name, each in _spectra(second, sea).items():
+            low = _through(each.difference.at(frequency), response)
+            both = low + _through(each.total.at(frequency), response)
+            parts[name] = both[:, :6, :6].copy()
+        # The last one is that of all parts.
+        slow += low[:, :6, :6]
+        found += both
+    products = _through(_products(expanded, asked, slow, first, frequency), response)
+    parts[PRODUCTS] = products[:, :6, :6]
+    found += products
     evaluated = time.perf_counter()
-    found_quantities = quantities(
-        asked, model, system, frequency, whole_spectrum, state, fine_waves, elevation
-    )
+    motion = step * slow.real.sum(axis=0), step * first.real.sum(axis=0)
+    shapes = higher_cumulants(problem, expanded, motion, *asked.forms)
     return SpectralResponse(
         frequency=frequency,
-        quantities=found_quantities,
-        cross_spectrum=whole_spectrum[:, :6, :6],
+        quantities=quantities(asked, model, system, frequency, found, state, (waves, elevation), shapes),
+        cross_spectrum=found[:, :6, :6],
         contributions={name: np.einsum("fii->fi", part).real.copy() for name, part in parts.items()},
-        mean_loads=_mean_loads(expanded, second, state),
+        mean_loads=_mean_loads(expanded, second, sea, state),
         mean_position=system.pose,
         modes=modes,
         iterations=changes,
@@ -170,9 +168,10 @@ def _evaluated(
 def _waves(problem: Problem, expanded: Expanded, frequency: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """First-order motion (6, m, r) and elevation (m, r) of waves at fine frequencies (m,)."""
     count, step = len(frequency), frequency[1]
-    if problem.sea is None or not len(problem.sea.grid.root):
+    coarse = acting_sea(problem)
+    if coarse is None:
         return np.zeros((6, count, 0), dtype=np.complex128), np.zeros((count, 0), dtype=np.complex128)
-    sea = sea_on_grid(problem.sea.waves, step, with_drift=False)
+    sea = sea_on_grid(coarse.waves, step, with_drift=False)
     motion, _ = wave_motion(sea, problem, expanded)
     grid = sea.grid
     rows = np.round(grid.frequency / step).astype(np.int64)
@@ -185,58 +184,53 @@ def _waves(problem: Problem, expanded: Expanded, frequency: FloatArray) -> tuple
 
 
 def _wind(
-    problem: Problem, expanded: Expanded, frequency: FloatArray, response: ComplexArray, waves: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """Cross-spectra (m, 6, 6) of the motion of gusts, and of that of the squares of the relative speeds."""
-    assert problem.gusts is not None
+    coarse: GustsOnGrid,
+    problem: Problem,
+    expanded: Expanded,
+    frequency: FloatArray,
+    response: ComplexArray,
+    waves: ComplexArray,
+) -> ComplexArray:
+    """Cross-spectra (m, 6, 6) of the motion of gusts, and of the squares of the relative speeds."""
     assert expanded.wind is not None
-    gusts = gusts_on_grid(problem.gusts.wind, frequency)
+    gusts = gusts_on_grid(coarse.wind, frequency)
     motion = gust_motion(gusts, problem, expanded)
     count = len(gusts.frequency)
     result = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
     result[:count] = motion @ np.conj(np.swapaxes(motion, 1, 2))
     if not np.any(expanded.wind.on_squares):
-        return result, np.zeros_like(result)
+        return result
     rate = 2j * np.pi * frequency[:, None, None]
     own = gusts.speeds - expanded.wind.along @ (rate[:count] * motion)
     others = expanded.wind.along @ (rate * waves.swapaxes(0, 1))
     speeds = others @ np.conj(np.swapaxes(others, 1, 2))
     speeds[:count] += own @ np.conj(np.swapaxes(own, 1, 2))
     forces = square_spectrum(frequency, speeds, expanded.system.loads @ expanded.wind.on_squares)
-    return result, response @ forces @ np.conj(np.swapaxes(response, 1, 2))
+    return result + response @ forces @ np.conj(np.swapaxes(response, 1, 2))
 
 
-def _second_order(
-    problem: Problem, expanded: Expanded, first: FirstOrder, asked: Outputs
-) -> Mapping[str, QuadraticSpectra]:
+def _spectra(parts: SecondOrder, sea: SeaOnGrid) -> dict[str, QuadraticSpectra]:
     """Spectra of quadratic forces and of further quadratic quantities by part, and of all parts together."""
-    sea = problem.sea
-    if sea is None or not len(sea.grid.root):
-        return {}
-    parts = second_order_parts(sea, expanded, first, asked.curvatures)
-    found = {name: spectra(part, sea.grid) for name, part in parts.items()}
-    return {**found, ALL_SECOND_ORDER: spectra(whole(parts), sea.grid)}
+    found = {name: spectra(part, sea.grid) for name, part in matrices(parts, sea.grid).items()}
+    return {**found, ALL_SECOND_ORDER: spectra(whole(parts, sea.grid), sea.grid)}
 
 
 def _products(
-    expanded: Expanded, asked: Outputs, slow: ComplexArray, waves: ComplexArray | None, frequency: FloatArray
+    expanded: Expanded, asked: Outputs, slow: ComplexArray, waves: ComplexArray, frequency: FloatArray
 ) -> ComplexArray:
     """Spectra of -1/2 r'' : x x and of further quadratic quantities from slow motion, alone and with that of waves."""
     curvature = 0.5 * np.concatenate([-expanded.curvature, asked.curvatures])
-    found = product_spectrum(frequency, slow, curvature)
-    if waves is not None:
-        found = found + product_spectrum(frequency, slow, 2.0 * curvature, waves)
-    return found
+    return product_spectrum(frequency, slow, curvature) + product_spectrum(frequency, slow, 2.0 * curvature, waves)
 
 
 def _mean_loads(
-    expanded: Expanded, second: Mapping[str, QuadraticSpectra], state: State
+    expanded: Expanded, second: SecondOrder | None, sea: SeaOnGrid | None, state: State
 ) -> dict[str, FloatArray]:
     """Mean loads by part, earth-fixed, those of the second order by name."""
-    loads = {name: value for name, value in expanded.loads.items() if name != "second order" and np.any(value)}
+    loads = {name: value for name, value in expanded.loads.items() if name != SECOND_ORDER and np.any(value)}
     inverse = np.linalg.inv(expanded.system.loads)
-    for name in ("following", "displaced position", "slow drift"):
-        if name in second:
-            loads[name] = inverse @ second[name].mean[:6]
+    if second is not None and sea is not None:
+        found = means(second, sea.grid)
+        loads |= {name: inverse @ found[name][:6] for name in WITH_MEAN if name in found}
     loads["tethers"] = -0.5 * inverse @ np.einsum("ijk,jk->i", expanded.curvature, state.position)
     return loads

@@ -19,12 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.hydro.drift import Kernel, Waves
-from tlpsim.loads.spectral.bispectral import BispectralMatrix, add, difference_spectrum, mean, quadratic, sum_spectrum
+from tlpsim.loads.spectral.bispectral import BispectralMatrix, difference_spectrum, quadratic, sum_spectrum
 from tlpsim.loads.spectral.products import Products
 from tlpsim.loads.spectral.wave_grid import WaveGrid
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+SLOW_DRIFT = "slow drift"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,40 +73,71 @@ def drift_matrix(kernel: Kernel, grid: WaveGrid) -> ComplexArray:
     return np.stack([both * kernel(waves, waves, component) for component in range(6)])
 
 
-def matrix(products: Products, grid: WaveGrid) -> BispectralMatrix:
-    """Decomposed bi-spectral matrices of a list of products."""
-    return quadratic(grid.frequency, products.first, products.second, products.weights)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondOrder:
+    """What is of the second order in the waves, k quantities.
+
+    Attributes
+    ----------
+    products
+        By part, with weights (k, M).
+    drift
+        Eq. (4), (k, N, N); None for no slow drift.
+    """
+
+    products: Mapping[str, Products]
+    drift: ComplexArray | None
 
 
-def drift_only(values: ComplexArray, grid: WaveGrid) -> BispectralMatrix:
-    """Matrices (q, N, N) at difference frequencies, none at sums."""
-    return BispectralMatrix(frequency=grid.frequency, difference=values, total=np.zeros_like(values))
+def matrices(parts: SecondOrder, grid: WaveGrid) -> dict[str, BispectralMatrix]:
+    """Decomposed bi-spectral matrices by part."""
+    found = {
+        name: quadratic(grid.frequency, each.first, each.second, each.weights) for name, each in parts.products.items()
+    }
+    if parts.drift is not None:
+        nothing = np.zeros_like(parts.drift)
+        found[SLOW_DRIFT] = BispectralMatrix(frequency=grid.frequency, difference=parts.drift, total=nothing)
+    return found
+
+
+def whole(parts: SecondOrder, grid: WaveGrid) -> BispectralMatrix:
+    """Decomposed bi-spectral matrices of all parts together: those of one long list of products."""
+    products = list(parts.products.values())
+    found = quadratic(
+        grid.frequency,
+        np.concatenate([each.first for each in products]),
+        np.concatenate([each.second for each in products]),
+        np.concatenate([each.weights for each in products], axis=1),
+    )
+    if parts.drift is None:
+        return found
+    return BispectralMatrix(frequency=grid.frequency, difference=found.difference + parts.drift, total=found.total)
+
+
+def means(parts: SecondOrder, grid: WaveGrid) -> dict[str, FloatArray]:
+    """Means by part, (k,), of products as they stand."""
+    found = {
+        name: each.weights @ (grid.step * np.einsum("mn,mn->m", each.first, each.second.conj()).real)
+        for name, each in parts.products.items()
+    }
+    if parts.drift is not None:
+        found[SLOW_DRIFT] = grid.step * np.einsum("knn->k", parts.drift).real
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QuadraticSpectra:
-    """Cross-spectra of quadratic loads at difference and sum frequencies, and their means (k,)."""
+    """Cross-spectra (n, k, k) of quadratic quantities at difference and at sum frequencies."""
 
     difference: EvenSpectrum
     total: EvenSpectrum
-    mean: FloatArray
 
 
-def spectra(matrices: BispectralMatrix, grid: WaveGrid) -> QuadraticSpectra:
-    """Spectra and means of decomposed bi-spectral matrices."""
-    slow, low = difference_spectrum(matrices)
-    fast, high = sum_spectrum(matrices)
+def spectra(found: BispectralMatrix, grid: WaveGrid) -> QuadraticSpectra:
+    """Spectra of decomposed bi-spectral matrices."""
+    slow, low = difference_spectrum(found)
+    fast, high = sum_spectrum(found)
     return QuadraticSpectra(
         difference=EvenSpectrum(first=float(slow[0]), step=grid.step, values=low),
         total=EvenSpectrum(first=float(fast[0]), step=grid.step, values=high),
-        mean=mean(matrices),
     )
-
-
-def whole(parts: Mapping[str, BispectralMatrix]) -> BispectralMatrix:
-    """The sum of coherent parts."""
-    found: BispectralMatrix | None = None
-    for part in parts.values():
-        found = part if found is None else add(found, part)
-    assert found is not None
-    return found

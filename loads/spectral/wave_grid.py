@@ -92,10 +92,11 @@ def equivalent_width(state: SeaState) -> float:
     return float(np.sum(density) ** 2 / square * (fine[1] - fine[0])) if square > 0.0 else state.highest_frequency
 
 
-def wave_grid(waves: SpectralWaves, step: float) -> WaveGrid:
-    """The sea at whole multiples of `step` (Hz), from where its energy begins to where it ends."""
+def wave_grid(waves: SpectralWaves, step: float, band: tuple[float, float] = (0.0, np.inf)) -> WaveGrid:
+    """The sea at whole multiples of `step` (Hz) within a band (Hz), from where its energy begins to where it ends."""
     state = waves.state
     grid = step * np.arange(1, int(np.floor(HIGHEST * state.highest_frequency / step)) + 1)
+    grid = grid[(grid >= band[0]) & (grid <= band[1])]
     density = acting_density(waves, grid)
     with_energy = np.flatnonzero(density > NEGLIGIBLE * np.max(density, initial=0.0))
     kept = slice(with_energy[0], with_energy[-1] + 1) if len(with_energy) else slice(0, 0)
