@@ -71,9 +71,11 @@ class BispectralMatrix:
         interval(self.frequency)
         shape = self.difference.shape
         if not (
-            len(shape) == 3 and shape == self.total.shape and shape[1] == shape[2]
+            len(shape) == 3
+            and shape == self.total.shape
+            and shape[1] == shape[2]
             and shape[1] % len(self.frequency) == 0
-        ):  # fmt: skip
+        ):
             raise ScenarioError(
                 f"bi-spectral matrices have the shapes {shape} and {self.total.shape}; both must be (q, N, N) with N "
                 f"a multiple of the {len(self.frequency)} frequencies"
@@ -137,7 +139,9 @@ def interval(frequency: FloatArray) -> float:
     if frequency.ndim == 1 and len(frequency) > 1:
         step = float(frequency[-1] - frequency[0]) / (len(frequency) - 1)
         first = round(float(frequency[0]) / step) if step > 0.0 else -1
-        if first >= 0 and np.allclose(frequency, step * (first + np.arange(len(frequency))), rtol=0.0, atol=1e-6 * step):
+        if first >= 0 and np.allclose(
+            frequency, step * (first + np.arange(len(frequency))), rtol=0.0, atol=1e-6 * step
+        ):
             return step
     raise ScenarioError(
         f"frequencies of a bi-spectral matrix are {np.array2string(frequency, threshold=6)} Hz; they must be two or "
@@ -258,14 +262,17 @@ def _summed(matrices: ComplexArray, sources: int, shift: int) -> ComplexArray:
 def difference_spectrum(b: BispectralMatrix) -> tuple[FloatArray, ComplexArray]:
     """Frequencies 0 ... (nf - 1) Δ, Hz, and cross-spectra at differences, (nf, q, q), eq. (7).
 
-    The variance is their integral by the trapezoidal rule.
+    The variance is Δ times their sum, with half of that at zero.
     """
     step = interval(b.frequency)
     return b.difference_frequency, 2.0 * step * _summed(b.difference, b.sources, -1)
 
 
 def sum_spectrum(b: BispectralMatrix) -> tuple[FloatArray, ComplexArray]:
-    """Frequencies 2 f_0 ... 2 f_0 + 2 (nf - 1) Δ, Hz, and cross-spectra at sums, (2 nf - 1, q, q), eq. (8)."""
+    """Frequencies 2 f_0 ... 2 f_0 + 2 (nf - 1) Δ, Hz, and cross-spectra at sums, (2 nf - 1, q, q), eq. (8).
+
+    The variance is Δ times their sum.
+    """
     return b.total_frequency, interval(b.frequency) * _summed(b.total, b.sources, 1)
 
 

@@ -99,9 +99,12 @@ class DecomposedSpectrum:
 
 def _require_grid(frequency: FloatArray) -> None:
     if not (
-        frequency.ndim == 1 and len(frequency) and np.all(np.isfinite(frequency)) and frequency[0] >= 0.0
+        frequency.ndim == 1
+        and len(frequency)
+        and np.all(np.isfinite(frequency))
+        and frequency[0] >= 0.0
         and np.all(np.diff(frequency) > 0.0)
-    ):  # fmt: skip
+    ):
         raise ScenarioError(
             f"frequencies of a decomposed spectrum are {np.array2string(frequency, threshold=6)} Hz; they must be "
             "finite, not negative and increasing"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tlpsim.loads.errors import SolverError
 from tlpsim.loads.spectral import viscous
 from tlpsim.loads.spectral.aerodynamic import LinearWind, linear_wind
+from tlpsim.loads.spectral.decomposition import DecomposedSpectrum, covariance
 from tlpsim.loads.spectral.dynamics import (
     Dynamics,
     dynamics,
@@ -45,6 +46,7 @@ ROUND_TOLERANCE = 1e-4
 LARGEST_ITERATION, LARGEST_ROUND = 200, 30
 
 _RELAXATION = 0.7
+_LOOSE, _INNER_SHARE = 1e-3, 0.1  # tolerances of orders 0 and 1 within the first and within later rounds
 SECOND_ORDER = "second order"
 WITH_MEAN = ("following", "displaced position", SLOW_DRIFT)
 """Parts of the second order whose mean is not in the expansion of the drag, nor in that of the tethers."""
@@ -54,8 +56,21 @@ WITH_MEAN = ("following", "displaced position", SLOW_DRIFT)
 class State:
     """What the loads are expanded about.
 
-    pose (6,); relative-velocity covariances of strips, pieces and gusts, c and the tendons' velocities; covariance of
-    the position; mean loads of quadratic terms that are not in the linear parts.
+    Attributes
+    ----------
+    pose
+        Mean position, (6,) m, rad.
+    strips, pieces, cross
+        Covariances of the relative velocities at strips (s, 2, 2) and at pieces of the surface (p, 2, 2), and of the
+        latter with the elevation there, (p, 2).
+    relative
+        Variances of the relative wind speeds, (n,) m²/s².
+    velocity, position
+        Covariances of the platform's velocity and position, (6, 6).
+    second_velocity, second_position
+        What the second order has in them.
+    second_load
+        Its mean load beside those of the expansions, (6,) N, N·m, earth-fixed.
     """
 
     pose: FloatArray
@@ -65,14 +80,17 @@ class State:
     relative: FloatArray
     velocity: FloatArray
     position: FloatArray
-    quadratic_mean: FloatArray
-    second_velocity: FloatArray  # that of the second order alone, and its positions
+    second_velocity: FloatArray
     second_position: FloatArray
+    second_load: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Expanded:
-    """The loads, linear about a state, and the platform in them."""
+    """The platform, and the loads on it, linear about a state; loads by part are means, (6,) N, N·m, earth-fixed.
+
+    `curvature` is r'' of `tlpsim.loads.spectral.dynamics`, (6, 6, 6).
+    """
 
     system: Dynamics
     curvature: FloatArray
@@ -84,36 +102,39 @@ class Expanded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FirstOrder:
-    """First-order motion: of waves on their grid (6, N), their loads, and of gusts (m, 6, r)."""
+    """First-order motion.
+
+    Attributes
+    ----------
+    waves, force
+        Decomposed position and earth-fixed loads of waves on their grid, (6, N).
+    gusts
+        Decomposed position of gusts; None without wind.
+    """
 
     waves: ComplexArray
     force: ComplexArray
-    gusts: ComplexArray
+    gusts: DecomposedSpectrum | None
 
 
 def _start(problem: Problem) -> State:
     """The platform at rest in waves and gusts."""
-    none = np.zeros((6, 6))
+    none, empty = np.zeros((6, 6)), np.zeros((0, 2, 2))
     state = State(
         pose=np.zeros(6),
-        strips=np.zeros((0, 2, 2)),
-        pieces=np.zeros((0, 2, 2)),
+        strips=empty,
+        pieces=empty,
         cross=np.zeros((0, 2)),
         relative=np.zeros(0),
         velocity=none,
         position=none,
-        quadratic_mean=np.zeros(6),
         second_velocity=none,
         second_position=none,
+        second_load=np.zeros(6),
     )
     count = 0 if problem.sea is None else len(problem.sea.grid.root)
-    size = (0, 0) if problem.gusts is None else (len(problem.gusts.frequency), problem.gusts.speeds.shape[2])
-    rest = FirstOrder(
-        waves=np.zeros((6, count), dtype=np.complex128),
-        force=np.zeros((6, count), dtype=np.complex128),
-        gusts=np.zeros((size[0], 6, size[1]), dtype=np.complex128),
-    )
-    return _updated(problem, state, None, rest, 1.0)
+    rest = np.zeros((6, count), dtype=np.complex128)
+    return _updated(problem, state, None, FirstOrder(waves=rest, force=rest, gusts=None), 1.0)
 
 
 def _expanded(problem: Problem, state: State, curvature: FloatArray) -> tuple[Expanded, State]:
@@ -135,7 +156,7 @@ def _expanded(problem: Problem, state: State, curvature: FloatArray) -> tuple[Ex
                 flow = current_velocity(waves.current, np.zeros(1))[0]
             damping = damping + waves.drift_damping
             loads["wave drift damping"] = waves.drift_damping[:, :3] @ flow
-        loads[SECOND_ORDER] = state.quadratic_mean
+        loads[SECOND_ORDER] = state.second_load
     if problem.gusts is not None:
         wind = linear_wind(problem.gusts.wind, float(state.pose[5]), problem.gusts.variance, state.relative)
         damping, yaw_slope = damping + wind.damping, wind.yaw_slope
@@ -160,59 +181,60 @@ def wave_motion(sea: SeaOnGrid, problem: Problem, expanded: Expanded) -> tuple[C
     return np.einsum("fij,jrf->irf", response, by_direction).reshape(6, -1), force
 
 
-def gust_motion(gusts: GustsOnGrid, problem: Problem, expanded: Expanded) -> ComplexArray:
-    """Motion (m, 6, r) of gusts of the first order."""
+def gust_motion(gusts: GustsOnGrid, problem: Problem, expanded: Expanded) -> DecomposedSpectrum:
+    """Motion of gusts of the first order."""
     assert expanded.wind is not None
-    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * gusts.frequency)
-    return np.asarray(response @ (expanded.system.loads @ expanded.wind.on_gusts) @ gusts.speeds)
+    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * gusts.speeds.frequency)
+    return gusts.speeds.through(response @ (expanded.system.loads @ expanded.wind.on_gusts))
+
+
+def rates(motion: DecomposedSpectrum) -> DecomposedSpectrum:
+    """Its time derivative."""
+    factor = 2j * np.pi * motion.frequency[:, None, None]
+    return replace(motion, function=factor * motion.function)
 
 
 def _first(problem: Problem, expanded: Expanded) -> FirstOrder:
-    waves, force = np.zeros((6, 0), dtype=np.complex128), np.zeros((6, 0), dtype=np.complex128)
+    waves = force = np.zeros((6, 0), dtype=np.complex128)
     if problem.sea is not None:
         waves, force = wave_motion(problem.sea, problem, expanded)
-    gusts = np.zeros((0, 6, 0), dtype=np.complex128)
-    if problem.gusts is not None:
-        gusts = gust_motion(problem.gusts, problem, expanded)
+    gusts = None if problem.gusts is None else gust_motion(problem.gusts, problem, expanded)
     return FirstOrder(waves=waves, force=force, gusts=gusts)
+
+
+def relative_speeds(gusts: GustsOnGrid, along: FloatArray, motion: DecomposedSpectrum) -> DecomposedSpectrum:
+    """Wind speeds relative to the segments, of gusts alone; `along` (n, 6) of `LinearWind`."""
+    return replace(gusts.speeds, function=gusts.speeds.function - along @ rates(motion).function)
 
 
 def _updated(problem: Problem, state: State, wind: LinearWind | None, first: FirstOrder, share: float) -> State:
     """The state with covariances of a first-order motion, `share` of the way from the old ones."""
-    velocity, position = state.second_velocity.copy(), state.second_position.copy()
+    slow_velocity, position = state.second_velocity, state.second_position
+    if first.gusts is not None:
+        slow_velocity = slow_velocity + covariance(rates(first.gusts))
+        position = position + covariance(first.gusts)
+    wave_velocity = np.zeros((6, 6))
     changes: dict[str, FloatArray] = {}
-    if problem.gusts is not None:
-        gusts = problem.gusts
-        rates = 2j * np.pi * gusts.frequency[:, None, None] * first.gusts
-        velocity += np.einsum("m,mir,mjr->ij", gusts.weight, rates, rates.conj(), optimize=True).real
-        position += np.einsum("m,mir,mjr->ij", gusts.weight, first.gusts, first.gusts.conj(), optimize=True).real
-    whole_velocity = velocity.copy()
     if problem.sea is not None:
         sea, step = problem.sea, problem.sea.grid.step
-        rates = 1j * sea.grid.omega * first.waves
-        whole_velocity += step * (rates @ rates.conj().T).real
-        position += step * (first.waves @ first.waves.conj().T).real
+        velocity = 1j * sea.grid.omega * first.waves
+        wave_velocity = step * (velocity @ velocity.conj().T).real
+        position = position + step * (first.waves @ first.waves.conj().T).real
         for name, elements, rows in zip(("strips", "pieces"), sea.elements, sea.rows, strict=True):
             relative, elevation = viscous.relative_rows(elements, rows, first.waves, sea.grid.omega)
-            changes[name], cross = viscous.covariances(elements, relative, elevation, step, velocity)
+            changes[name], cross = viscous.covariances(elements, relative, elevation, step, slow_velocity)
         changes["cross"] = cross
     if problem.gusts is not None:
-        gusts = problem.gusts
-        along = np.zeros((len(gusts.variance), 6)) if wind is None else wind.along
-        own = gusts.speeds - along @ (2j * np.pi * gusts.frequency[:, None, None] * first.gusts)
-        others = whole_velocity - _gust_velocity(gusts, first)
-        variance = np.einsum("m,mnr->n", gusts.weight, np.abs(own) ** 2)
-        changes["relative"] = variance + np.einsum("ni,ij,nj->n", along, others, along)
-    changes |= {"velocity": whole_velocity, "position": position}
+        changes["relative"] = problem.gusts.variance
+        if wind is not None and first.gusts is not None:
+            own = covariance(relative_speeds(problem.gusts, wind.along, first.gusts))
+            others = state.second_velocity + wave_velocity
+            changes["relative"] = np.diag(own) + np.einsum("ni,ij,nj->n", wind.along, others, wind.along)
+    changes |= {"velocity": slow_velocity + wave_velocity, "position": position}
     for name, value in changes.items():
         old = getattr(state, name)
         changes[name] = value if old.shape != value.shape else (1.0 - share) * old + share * value
     return replace(state, **changes)
-
-
-def _gust_velocity(gusts: GustsOnGrid, first: FirstOrder) -> FloatArray:
-    rates = 2j * np.pi * gusts.frequency[:, None, None] * first.gusts
-    return np.asarray(np.einsum("m,mir,mjr->ij", gusts.weight, rates, rates.conj(), optimize=True).real)
 
 
 def _measure(state: State) -> FloatArray:
@@ -242,9 +264,6 @@ def _settled(problem: Problem, state: State, tolerance: float) -> tuple[Expanded
         f"iterations, limit {tolerance:g}: the drag or the wind is too strong for a stationary response; look at the "
         "damping, and try a lower sea or wind"
     )
-
-
-# Order 2
 
 
 def second_order(sea: SeaOnGrid, expanded: Expanded, first: FirstOrder, curvatures: FloatArray) -> SecondOrder:
@@ -284,25 +303,32 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
     velocity = np.einsum("m,mij->ij", problem.weight * (2.0 * np.pi * problem.frequency) ** 2, motion.real)
     return replace(
         state,
-        quadratic_mean=np.linalg.solve(expanded.system.loads, load),
+        second_load=np.linalg.solve(expanded.system.loads, load),
         second_velocity=velocity,
         second_position=position,
     )
 
 
-def converged(problem: Problem, tolerance: float) -> tuple[Expanded, FirstOrder, State, list[float]]:
-    state, changes = _start(problem), []
-    loose = 1e-3
-    expanded, first, state = _settled(problem, state, loose)
+def converged(problem: Problem, tolerance: float) -> tuple[Expanded, FirstOrder, State, tuple[float, ...]]:
+    """All orders at a standstill, and the relative change in each round of the second order.
+
+    Raises
+    ------
+    SolverError
+        When there is none: no mean position, no stationary response, or no convergence.
+    """
+    changes: list[float] = []
+    inner, last = _LOOSE, max(tolerance, ROUND_TOLERANCE)
+    expanded, first, state = _settled(problem, _start(problem), inner)
     for _ in range(LARGEST_ROUND):
         before = _measure(state)
         state = _second(problem, expanded, first, state)
-        expanded, first, state = _settled(problem, state, loose)
+        expanded, first, state = _settled(problem, state, inner)
         changes.append(float(np.max(np.abs(_measure(state) - before))))
-        loose = max(tolerance, min(loose, 0.1 * changes[-1]))
-        if changes[-1] <= max(tolerance, ROUND_TOLERANCE):
-            return expanded, first, state, changes
+        if changes[-1] <= last:
+            return expanded, first, state, tuple(changes)
+        inner = max(tolerance, min(inner, _INNER_SHARE * changes[-1]))
     raise SolverError(
         f"frequency domain: means and spreads still change by {changes[-1]:.3g} of their size after {LARGEST_ROUND} "
-        f"rounds of the second order, limit {max(tolerance, ROUND_TOLERANCE):g}: slow drift feeds on itself; try a lower sea"
+        f"rounds of the second order, limit {last:g}: slow drift feeds on itself; try a lower sea"
     )

@@ -76,7 +76,7 @@ def higher_cumulants(
     if sea is None:
         return result
     position, force = wave_motion(sea, problem, expanded)
-    first = FirstOrder(waves=position, force=force, gusts=np.zeros((0, 6, 0), dtype=np.complex128))
+    first = FirstOrder(waves=position, force=force, gusts=None)
     kinds, number = np.unique(curvatures.reshape(len(rows), 36), axis=0, return_inverse=True)
     matrices = whole(second_order(sea, expanded, first, kinds.reshape(-1, 6, 6)), sea.grid)
     kernels = _responses(problem, expanded, matrices, sea)

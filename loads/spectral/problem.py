@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.hydro.morison import inertia_transfer
 from tlpsim.loads.spectral import viscous
-from tlpsim.loads.spectral.decomposition import decompose
+from tlpsim.loads.spectral.decomposition import DecomposedSpectrum, covariance, decompose, trapezoidal_weights
 from tlpsim.loads.spectral.dynamics import Memory, fluid_memory
 from tlpsim.loads.spectral.model import SpectralModel, SpectralWaves, SpectralWind
 from tlpsim.loads.spectral.second_order import drift_matrix
-from tlpsim.loads.spectral.wave_grid import WaveGrid, equivalent_width, wave_grid
+from tlpsim.loads.spectral.wave_grid import HIGHEST, WaveGrid, equivalent_width, wave_grid
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -31,12 +31,25 @@ SLOW_BAND = 0.06
 """Hz, below which the slow motion is resolved in fine steps within the iteration."""
 
 _STEPS_IN_SPECTRUM = 20
+_NEAR_ZERO = 0.25  # of a step
 _HIGHEST = 0.6  # Hz, at least, to hold the tether modes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeaOnGrid:
-    """Waves on a grid, and what of their loads does not depend on the response."""
+    """Waves on a grid of N components, and what of their loads does not depend on the response.
+
+    Attributes
+    ----------
+    waves, grid
+        The sea and its grid.
+    elements, rows
+        Strips and pieces at the surface, and what is linear in the waves at them.
+    excitation
+        Decomposed first-order loads without drag, (6, N).
+    drift
+        Decomposed bi-spectral matrices of slow drift, (6, N, N); None for none.
+    """
 
     waves: SpectralWaves
     grid: WaveGrid
@@ -48,31 +61,33 @@ class SeaOnGrid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GustsOnGrid:
-    """Wind on a grid of frequencies: decomposed speeds (m, n, r), and their variances (n,)."""
+    """Wind on a grid of frequencies: decomposed speeds at the n segments, and their variances (n,) m²/s²."""
 
     wind: SpectralWind
-    frequency: FloatArray
-    weight: FloatArray
-    speeds: ComplexArray
+    speeds: DecomposedSpectrum
     variance: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
+    """A model on its grids.
+
+    Attributes
+    ----------
+    model, memory
+        The model, and the response of the fluid's memory.
+    sea, gusts
+        None where the model has no waves and current, or no wind.
+    frequency, weight
+        Of slow motion, (m,) Hz, and of the trapezoidal rule on it.
+    """
+
     model: SpectralModel
     memory: Memory
     sea: SeaOnGrid | None
     gusts: GustsOnGrid | None
-    frequency: FloatArray  # of the slow motion within the iteration, uneven, with trapezoidal weights
+    frequency: FloatArray
     weight: FloatArray
-
-
-def trapezoid(frequency: FloatArray) -> FloatArray:
-    gaps = np.diff(frequency)
-    weight = np.zeros(len(frequency))
-    weight[:-1] += 0.5 * gaps
-    weight[1:] += 0.5 * gaps
-    return weight
 
 
 def sea_on_grid(
@@ -101,23 +116,22 @@ def sea_on_grid(
 
 
 def gusts_on_grid(wind: SpectralWind, frequency: FloatArray) -> GustsOnGrid:
-    """Gusts at frequencies (m,), up to the end of their band."""
-    inside = frequency <= wind.highest_frequency
-    weight = trapezoid(frequency[inside]) if np.count_nonzero(inside) > 1 else np.zeros(0)
-    chosen = frequency[inside]
-    # Spectra over the logarithm of the frequency have no value at zero: the mean is no gust.
-    at = np.maximum(chosen, 0.25 * frequency[1])
-    speeds = decompose(chosen, wind.spectrum(at)).function if np.any(wind.speed > 0.0) else None
-    if speeds is None:
-        speeds = np.zeros((len(chosen), len(wind.speed), 0), dtype=np.complex128)
-    variance = np.einsum("m,mnr->n", weight, np.abs(speeds) ** 2)
-    return GustsOnGrid(wind=wind, frequency=chosen, weight=weight, speeds=speeds, variance=variance)
+    """Gusts at frequencies (m,) Hz up to the end of their band; still air has no source."""
+    chosen = frequency[frequency <= wind.highest_frequency]
+    if np.any(wind.speed > 0.0):
+        # Some spectra have no value at zero frequency.
+        speeds = decompose(chosen, wind.spectrum(np.maximum(chosen, _NEAR_ZERO * frequency[1])))
+    else:
+        nothing = np.zeros((len(chosen), len(wind.speed), 0), dtype=np.complex128)
+        speeds = DecomposedSpectrum(frequency=chosen, function=nothing)
+    return GustsOnGrid(wind=wind, speeds=speeds, variance=np.diag(covariance(speeds)).copy())
 
 
-def highest_frequency(model: SpectralModel) -> float:
+def _highest_frequency(model: SpectralModel) -> float:
+    """Sums of two waves, gusts and the tether modes lie below it, Hz."""
     waves = 0.0
     if model.waves is not None and model.waves.state.significant_height > 0.0:
-        waves = 2.2 * model.waves.state.highest_frequency
+        waves = 2.0 * HIGHEST * model.waves.state.highest_frequency
     wind = 0.0 if model.wind is None else model.wind.highest_frequency
     return max(waves, wind, _HIGHEST)
 
@@ -127,12 +141,13 @@ def wave_step(waves: SpectralWaves) -> float:
     if not waves.state.significant_height > 0.0:
         return WAVE_STEP
     narrow = min(WAVE_STEP, equivalent_width(waves.state) / _STEPS_IN_SPECTRUM)
-    most = 1.1 * waves.state.highest_frequency * waves.state.directions / MOST_COMPONENTS
+    most = HIGHEST * waves.state.highest_frequency * waves.state.directions / MOST_COMPONENTS
     return max(narrow, min(most, LONGEST_WAVE_STEP))
 
 
 def prepared(model: SpectralModel, step: float) -> Problem:
-    highest = highest_frequency(model)
+    """The model on grids whose slow motion has steps of `step` (Hz)."""
+    highest = _highest_frequency(model)
     slow = step * np.arange(int(SLOW_BAND / step) + 1)
     frequency = np.concatenate([slow, np.arange(slow[-1] + WAVE_STEP, highest, WAVE_STEP)])
     return Problem(
@@ -141,7 +156,7 @@ def prepared(model: SpectralModel, step: float) -> Problem:
         sea=None if model.waves is None else sea_on_grid(model.waves, wave_step(model.waves)),
         gusts=None if model.wind is None else gusts_on_grid(model.wind, frequency),
         frequency=frequency,
-        weight=trapezoid(frequency),
+        weight=trapezoidal_weights(frequency),
     )
 
 

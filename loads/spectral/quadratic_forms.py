@@ -82,9 +82,7 @@ def square_spectrum(
     return _one_sided(frequency, weights @ (2.0 * g * g) @ weights.T, length, points)
 
 
-def _length(
-    frequency: FloatArray, spectra: list[ComplexArray], sizes: tuple[int, ...], points: int | None
-) -> int:  # fmt: skip
+def _length(frequency: FloatArray, spectra: list[ComplexArray], sizes: tuple[int, ...], points: int | None) -> int:
     """Even length of transforms that keeps what wraps around out of the frequencies wanted."""
     interval(frequency)
     count = len(frequency)

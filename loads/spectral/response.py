@@ -21,6 +21,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from tlpsim.loads.spectral.decomposition import cross_spectrum
 from tlpsim.loads.spectral.dynamics import natural_modes, transfer
 from tlpsim.loads.spectral.iteration import (
     SECOND_ORDER,
@@ -31,6 +32,7 @@ from tlpsim.loads.spectral.iteration import (
     State,
     converged,
     gust_motion,
+    relative_speeds,
     second_order,
     wave_motion,
 )
@@ -46,7 +48,7 @@ from tlpsim.loads.spectral.problem import (
     prepared,
     sea_on_grid,
 )
-from tlpsim.loads.spectral.product_spectra import product_spectrum, square_spectrum
+from tlpsim.loads.spectral.quadratic_forms import product_spectrum, square_spectrum
 from tlpsim.loads.spectral.records import Mode, SpectralResponse
 from tlpsim.loads.spectral.second_order import QuadraticSpectra, SecondOrder, matrices, means, spectra, whole
 
@@ -91,7 +93,7 @@ def respond(model: SpectralModel, *, step: float = FREQUENCY_STEP, tolerance: fl
     if needed < step and step > SHORTEST_STEP:
         return respond(model, step=max(needed, SHORTEST_STEP), tolerance=tolerance)
     iterated = time.perf_counter()
-    return _evaluated(problem, expanded, first, state, tuple(changes), modes, step, (began, prepared_at, iterated))
+    return _evaluated(problem, expanded, first, state, changes, modes, step, (began, prepared_at, iterated))
 
 
 def _needed_step(modes: tuple[Mode, ...]) -> float:
@@ -119,7 +121,7 @@ def _evaluated(
 ) -> SpectralResponse:
     """Spectra of everything on fine frequencies."""
     model, system, sea = problem.model, expanded.system, acting_sea(problem)
-    frequency = step * np.arange(int(round(problem.frequency[-1] / step)) + 1)
+    frequency = step * np.arange(round(problem.frequency[-1] / step) + 1)
     response = transfer(system, problem.memory, 2.0 * np.pi * frequency)
     asked = outputs(model, system.pose)
     waves, elevation = _waves(problem, expanded, frequency)
@@ -195,16 +197,14 @@ def _wind(
     assert expanded.wind is not None
     gusts = gusts_on_grid(coarse.wind, frequency)
     motion = gust_motion(gusts, problem, expanded)
-    count = len(gusts.frequency)
+    count = len(motion.frequency)
     result = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
-    result[:count] = motion @ np.conj(np.swapaxes(motion, 1, 2))
+    result[:count] = cross_spectrum(motion)
     if not np.any(expanded.wind.on_squares):
         return result
-    rate = 2j * np.pi * frequency[:, None, None]
-    own = gusts.speeds - expanded.wind.along @ (rate[:count] * motion)
-    others = expanded.wind.along @ (rate * waves.swapaxes(0, 1))
+    others = expanded.wind.along @ (2j * np.pi * frequency[:, None, None] * waves.swapaxes(0, 1))
     speeds = others @ np.conj(np.swapaxes(others, 1, 2))
-    speeds[:count] += own @ np.conj(np.swapaxes(own, 1, 2))
+    speeds[:count] += cross_spectrum(relative_speeds(gusts, expanded.wind.along, motion))
     forces = square_spectrum(frequency, speeds, expanded.system.loads @ expanded.wind.on_squares)
     return result + response @ forces @ np.conj(np.swapaxes(response, 1, 2))
 
