@@ -89,7 +89,7 @@ class BispectralMatrix:
     @property
     def difference_frequency(self) -> FloatArray:
         """Differences 0 ... (nf - 1) Δ, Hz, shape (nf,)."""
-        return interval(self.frequency) * np.arange(len(self.frequency))
+        return np.asarray(interval(self.frequency) * np.arange(len(self.frequency)), dtype=np.float64)
 
     @property
     def total_frequency(self) -> FloatArray:

@@ -185,7 +185,7 @@ class _Problem:
 
     def lowest(self) -> FloatArray:
         """Lowest eigenvalue of the normalized spectra (nf,); ScenarioError if one is clearly negative."""
-        lowest: FloatArray = np.linalg.eigvalsh(self.normal)[:, 0]
+        lowest = np.asarray(np.linalg.eigvalsh(self.normal)[:, 0], dtype=np.float64)
         if lowest.min() < -_LIMIT:
             self.refuse(int(np.argmin(lowest)))
         return lowest

@@ -37,6 +37,7 @@ ComplexArray = NDArray[np.complex128]
 LARGEST_ITERATION = 30
 _MEMORY_STEP = 0.02  # rad/s, a small part of 2 pi over the length of the memory
 _COMPLEX_STEP = 1e-30
+_UNDAMPED = 1e-5  # of critical: less is rounding
 _DIFFERENCE = np.array([1e-2, 1e-2, 1e-2, 1e-5, 1e-5, 1e-5])  # m, rad, for second derivatives
 _FARTHEST, _LARGEST_ANGLE = 1e4, 1.0
 
@@ -232,13 +233,7 @@ def transfer(system: Dynamics, memory: Memory, omega: FloatArray) -> ComplexArra
 
 
 def natural_modes(system: Dynamics, memory: Memory) -> tuple[Mode, ...]:
-    """Modes of eq. (2) from its complex eigenvalues, slowest first, each with the memory at its own frequency.
-
-    Raises
-    ------
-    SolverError
-        When a mode gains energy.
-    """
+    """Modes of eq. (2) from its complex eigenvalues, slowest first, each with the memory at its own frequency."""
     chosen, count = np.ix_(system.free, system.free), len(system.free)
     if not count:
         return ()
@@ -254,16 +249,26 @@ def natural_modes(system: Dynamics, memory: Memory) -> tuple[Mode, ...]:
         energy = np.abs(vector) ** 2 * np.diag(system.mass)[system.free]
         index = max(left, key=lambda k, e=energy: e[k])  # type: ignore[misc]
         left.discard(index)
-        ratio = float(-value.real / abs(value))
         name = DEGREES_OF_FREEDOM[system.free[index]]
-        if ratio <= 0.0:
-            raise SolverError(
-                f"frequency domain: the mode of {name}, period {2.0 * np.pi / omega:.4g} s, gains energy, damping "
-                f"ratio {ratio:.3g}, expected > 0: there is no stationary response; give it damping "
-                "(platform.damping_ratios), or look at wave drift damping"
-            )
-        found.append(Mode(name=name, period=2.0 * np.pi / omega, damping_ratio=ratio))
+        found.append(Mode(name=name, period=2.0 * np.pi / omega, damping_ratio=float(-value.real / abs(value))))
     return tuple(found)
+
+
+def require_damped(modes: tuple[Mode, ...]) -> None:
+    """Refuse modes that no stationary response can be in.
+
+    Raises
+    ------
+    SolverError
+        When the damping of a mode is not above zero.
+    """
+    worst = min(modes, key=lambda mode: mode.damping_ratio, default=None)
+    if worst is not None and worst.damping_ratio <= _UNDAMPED:
+        raise SolverError(
+            f"frequency domain: the mode of {worst.name}, period {worst.period:.4g} s, has a damping ratio of "
+            f"{worst.damping_ratio:.3g}, expected more than {_UNDAMPED:g}: there is no stationary response; give it "
+            "damping (platform.damping_ratios), or look at wave drift damping"
+        )
 
 
 def _eigen(

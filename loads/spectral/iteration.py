@@ -45,7 +45,9 @@ ROUND_TOLERANCE = 1e-4
 """The same of a round of the second order."""
 LARGEST_ITERATION, LARGEST_ROUND = 200, 30
 
-_RELAXATION = 0.7
+_RELAXATION, _LEAST_SHARE = 0.7, 0.1  # of a new state in the next one
+_STALLED = 0.9  # ratio of two changes above which the share is lowered, by this factor
+_NOTHING = np.array([1e-4, 1e-7])  # m and rad, or a second: sizes below which there is nothing to converge
 _LOOSE, _INNER_SHARE = 1e-3, 0.1  # tolerances of orders 0 and 1 within the first and within later rounds
 SECOND_ORDER = "second order"
 WITH_MEAN = ("following", "displaced position", SLOW_DRIFT)
@@ -241,29 +243,37 @@ def _measure(state: State) -> FloatArray:
     """Mean position and spreads, of translations and rotations in parts of the largest of each."""
     rows = np.stack([state.pose, np.sqrt(np.diag(state.position)), np.sqrt(np.diag(state.velocity))])
     largest = np.repeat(np.stack([np.abs(rows[:, :3]).max(axis=1), np.abs(rows[:, 3:]).max(axis=1)], axis=1), 3, axis=1)
-    return np.asarray(rows / np.where(largest > 0.0, largest, 1.0))
+    return np.asarray(rows / np.maximum(largest, np.repeat(_NOTHING, 3)))
 
 
 def _settled(problem: Problem, state: State, tolerance: float) -> tuple[Expanded, FirstOrder, State]:
     """Iterate orders 0 and 1 with a given second order."""
     curvature = restoring_curvature(problem.model.platform, state.pose)
-    before, change = _measure(state), np.inf
+    before, change, share = _measure(state), np.inf, _RELAXATION
     for _ in range(LARGEST_ITERATION):
         expanded, state = _expanded(problem, state, curvature)
         first = _first(problem, expanded)
-        state = _updated(problem, state, expanded.wind, first, _RELAXATION)
+        state = _updated(problem, state, expanded.wind, first, share)
         after = _measure(state)
-        change = float(np.max(np.abs(after - before)))
+        last, change = change, float(np.max(np.abs(after - before)))
         if not np.isfinite(change):
             break
         if change <= tolerance:
             return expanded, first, state
+        if change > _STALLED * last:
+            share = max(_LEAST_SHARE, _STALLED * share)
         before = after
     raise SolverError(
         f"frequency domain: means and spreads still change by {change:.3g} of their size after {LARGEST_ITERATION} "
         f"iterations, limit {tolerance:g}: the drag or the wind is too strong for a stationary response; look at the "
         "damping, and try a lower sea or wind"
     )
+
+
+def first_expansion(problem: Problem) -> Expanded:
+    """The platform and its loads, linear for waves and gusts on a platform at rest."""
+    state = _start(problem)
+    return _expanded(problem, state, restoring_curvature(problem.model.platform, state.pose))[0]
 
 
 def second_order(sea: SeaOnGrid, expanded: Expanded, first: FirstOrder, curvatures: FloatArray) -> SecondOrder:
@@ -294,7 +304,7 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
     if sea is None:
         return state
     parts = second_order(sea, expanded, first, np.zeros((0, 6, 6)))
-    load = np.sum([value for name, value in means(parts, sea.grid).items() if name in WITH_MEAN], axis=0)
+    load = sum((value for name, value in means(parts, sea.grid).items() if name in WITH_MEAN), np.zeros(6))
     found = spectra(whole(parts, sea.grid), sea.grid)
     response = transfer(expanded.system, problem.memory, 2.0 * np.pi * problem.frequency)
     forces = found.difference.at(problem.frequency) + found.total.at(problem.frequency)

@@ -29,8 +29,8 @@ from tlpsim.loads.spectral.second_order import whole
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-MOST_COMPONENTS = 320
-"""of the waves' grid, over all directions."""
+MOST_COMPONENTS = 200
+"""of the waves' grid, over all directions: cumulants are within 5e-3 of those with twice as many."""
 ENERGY_OUTSIDE = 1e-3
 """Part of the waves' energy that may be left out on either side."""
 _ROUNDING = 1e-12

@@ -22,15 +22,17 @@ from tlpsim.loads.spectral.wave_grid import HIGHEST, WaveGrid, equivalent_width,
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-WAVE_STEP = 2e-3
-"""Hz, largest of the waves' grid, on which nothing is resonant."""
-MOST_COMPONENTS = 1500
+WAVE_STEP = 4e-3
+"""Hz, largest of the waves' grid, on which nothing is resonant: spreads are within 3e-4 of those with 1e-3 Hz."""
+MOST_COMPONENTS = 600
 """of the waves' grid, over all directions, unless its steps would be longer than `LONGEST_WAVE_STEP`."""
-LONGEST_WAVE_STEP = 5e-3
+LONGEST_WAVE_STEP = 8e-3
+"""Hz, with which spreads are within 1.5e-3."""
 SLOW_BAND = 0.06
 """Hz, below which the slow motion is resolved in fine steps within the iteration."""
 
-_STEPS_IN_SPECTRUM = 20
+_STEPS_IN_SPECTRUM = 10
+_FAST_STEP = 2e-3  # Hz, of what is faster than slow motion: tether modes are some hundredths of a Hz wide
 _NEAR_ZERO = 0.25  # of a step
 _HIGHEST = 0.6  # Hz, at least, to hold the tether modes
 
@@ -149,7 +151,7 @@ def prepared(model: SpectralModel, step: float) -> Problem:
     """The model on grids whose slow motion has steps of `step` (Hz)."""
     highest = _highest_frequency(model)
     slow = step * np.arange(int(SLOW_BAND / step) + 1)
-    frequency = np.concatenate([slow, np.arange(slow[-1] + WAVE_STEP, highest, WAVE_STEP)])
+    frequency = np.concatenate([slow, np.arange(slow[-1] + _FAST_STEP, highest, _FAST_STEP)])
     return Problem(
         model=model,
         memory=fluid_memory(model.platform, model.step, 2.0 * np.pi * highest),
