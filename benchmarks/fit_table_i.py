@@ -7,7 +7,7 @@ inputs of `INPUTS` are changed until all 18 cells come as near to the paper's as
 
     log(cell / nearer of the paper's two columns), zero between the two                                  (1)
 
-from the values in the file. Different inputs lead to nearly the same table, so that what is found is one environment
+from an environment that another program was fitted with. Different inputs lead to nearly the same table, so that what is found is one environment
 among others. Mass and centre of gravity stay, since the hull's hydrodynamics depend on them. The script prints the
 table, and the lines that a scenario needs.
 """
@@ -127,7 +127,7 @@ def distances(found: FloatArray) -> FloatArray:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=12, help="of the fit")
-    base, rounds = Scenario.load(FILE, ["waves.displaced_position=true"]), parser.parse_args().rounds
+    base, rounds = Scenario.load(FILE), parser.parse_args().rounds
 
     def residual(values: FloatArray) -> FloatArray:
         found = distances(cells(scenario(base, values)))

@@ -33,14 +33,16 @@ from tlpsim.fmus.component import (  # noqa: E402
     text_parameter,
 )
 from tlpsim.fmus.current import CURRENT_PARAMETERS, current_of  # noqa: E402
+from tlpsim.fmus.hull import HULL_PARAMETER, hull_of  # noqa: E402
 from tlpsim.fmus.tables import matrix_from_json, record_from_json  # noqa: E402
 from tlpsim.loads import issc_tlp  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
 from tlpsim.loads.checks import entry  # noqa: E402
-from tlpsim.loads.constants import DEGREES_OF_FREEDOM, MORISON, SEA_WATER_DENSITY  # noqa: E402
+from tlpsim.loads.constants import DEGREES_OF_FREEDOM, MORISON  # noqa: E402
 from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.hydro.diffraction import require_site  # noqa: E402
+from tlpsim.loads.hydro.issc_members import issc_added_mass  # noqa: E402
 from tlpsim.loads.hydro.radiation import ConvolutionMemory, Radiation, convolution_memory, radiation  # noqa: E402
 from tlpsim.loads.hydro.state_space import StateSpaceMemory, state_space_memory  # noqa: E402
 from tlpsim.loads.platform.body import Body  # noqa: E402
@@ -129,7 +131,7 @@ def _tendons(parameter: Callable[[str], Any]) -> Tendons:
     """Tethers from the table, none of them longer than the water is deep; without one those of the ISSC TLP."""
     table, depth = parameter("tendons"), parameter("water_depth")
     if not table:
-        return issc_tlp.tendons(depth)
+        return issc_tlp.tendons(depth, draught=hull_of(parameter).draught)
     tendons = record_from_json(Tendons, table, "tendons")
     heights = tendons.anchors[:, 2]
     if np.any(heights < -depth * _SEA_BED):
@@ -147,10 +149,10 @@ def _fluid(parameter: Callable[[str], Any]) -> tuple[NDArray[np.float64], Memory
     make = entry(MEMORY, parameter("radiation"), "parameter radiation")
     if given:
         return matrix_from_json(given, "added_mass"), NoMemory()
-    density = parameter("water_density")
+    density, hull = parameter("water_density"), hull_of(parameter)
     if name == MORISON or (make is None and not name):
-        return issc_tlp.ADDED_MASS * (density / SEA_WATER_DENSITY), NoMemory()
-    site = (parameter("water_depth"), density, parameter("gravity"))
+        return issc_added_mass(hull.draught, density), NoMemory()
+    site = (parameter("water_depth"), density, parameter("gravity"), hull)
     if make is None:
         longest_waves = _database(name, *site).added_mass[0]
         return 0.5 * (longest_waves + longest_waves.T), NoMemory()
@@ -158,18 +160,20 @@ def _fluid(parameter: Callable[[str], Any]) -> tuple[NDArray[np.float64], Memory
     return memory.added_mass, memory
 
 
-def _database(name: str, depth: float, density: float, gravity: float) -> HydrodynamicDatabase:
-    database = database_by_name(name, depth, density, gravity)
+def _database(name: str, depth: float, density: float, gravity: float, hull: issc_tlp.Hull) -> HydrodynamicDatabase:
+    database = database_by_name(name, depth, density, gravity, hull)
     label = f"hydrodynamic database {name}"
     require_site(database, depth=depth, density=density, gravity=gravity, frequency=_LONG_WAVE, name=label)
     return database
 
 
 @lru_cache(maxsize=4)
-def _issc_memory(kind: str, depth: float, density: float, gravity: float) -> ConvolutionMemory | StateSpaceMemory:
+def _issc_memory(
+    kind: str, depth: float, density: float, gravity: float, hull: issc_tlp.Hull
+) -> ConvolutionMemory | StateSpaceMemory:
     make = MEMORY[kind]
     assert make is not None
-    return make(radiation(_database("", depth, density, gravity)))
+    return make(radiation(_database("", depth, density, gravity, hull)))
 
 
 class TlpsimPlatform(Component):
@@ -280,8 +284,9 @@ class TlpsimPlatform(Component):
             "hydrodynamics",
             "",
             "added mass and radiation: path of a hydrodynamic database (.h5); morison: constant added mass of the ISSC "
-            "TLP; empty: the database of the ISSC TLP for this water, computed on first use",
+            "TLP; empty: the database of the ISSC TLP, or of `hull`, for this water, computed on first use",
         ),
+        HULL_PARAMETER,
         text_parameter(
             "radiation",
             "convolution",

@@ -32,6 +32,7 @@ from tlpsim.fmus.component import (  # noqa: E402
 )
 from tlpsim.fmus.current import CURRENT_PARAMETERS, current_of  # noqa: E402
 from tlpsim.fmus.force_rate import RATE_STEP, Motion, force_rates  # noqa: E402
+from tlpsim.fmus.hull import HULL_PARAMETER, hull_of  # noqa: E402
 from tlpsim.fmus.tables import record_from_json  # noqa: E402
 from tlpsim.loads.bem.database import HydrodynamicDatabase  # noqa: E402
 from tlpsim.loads.bem.issc import database_by_name  # noqa: E402
@@ -52,6 +53,7 @@ from tlpsim.loads.hydro.issc_members import issc_members  # noqa: E402
 from tlpsim.loads.hydro.morison import Members  # noqa: E402
 from tlpsim.loads.hydro.quadratic_filters import DriftFilters, newman_filters, quadratic_filters  # noqa: E402
 from tlpsim.loads.hydro.splash import largest_elevation  # noqa: E402
+from tlpsim.loads.issc_tlp import DRAG_COEFFICIENT  # noqa: E402
 from tlpsim.loads.waves.current import current_velocity  # noqa: E402
 from tlpsim.loads.waves.doppler import delay_ratio, sea_in_current  # noqa: E402
 from tlpsim.loads.waves.elevation import (  # noqa: E402
@@ -76,7 +78,7 @@ _MOTION = ("position.*", "velocity.*")
 
 def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
     """Wave loads from the FMU's parameters, of which `parameter` gives the value by name."""
-    members, database, current = _members(parameter), _database(parameter), current_of(parameter)
+    members, database, current = hull_members(parameter), wave_database(parameter), current_of(parameter)
     sea = _sea(parameter, members)
     splash = parameter("splash") and parameter("significant_height") > 0.0
     doppler = parameter("doppler") and current is not None
@@ -90,32 +92,32 @@ def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
         excitation=None if database is None else excitation(database),
         splash=splash,
         stretching=parameter("stretching"),
-        largest_elevation=largest_elevation(_state(parameter)) if splash else 0.0,
+        largest_elevation=largest_elevation(sea_state(parameter)) if splash else 0.0,
         doppler=doppler,
         drift=drift,
-        drift_damping=None if drift is None or database is None else _drift_damping(parameter, database),
+        drift_damping=None if drift is None or database is None else drift_damping(parameter, database),
     )
 
 
 def _drift(parameter: Callable[[str], Any], database: HydrodynamicDatabase | None, sea: Sea) -> DriftFilters | None:
     """Filters of the slow drift; None for no slow drift."""
-    if (table := _transfer(parameter)) is not None:
-        return quadratic_filters(quadratic_kernel(table), sea, _state(parameter))
-    mean = _mean(parameter)
+    if (table := quadratic_table(parameter)) is not None:
+        return quadratic_filters(quadratic_kernel(table), sea, sea_state(parameter))
+    mean = newman_mean(parameter)
     return None if database is None or mean is None else newman_filters(database, sea, mean)
 
 
-def _drift_damping(parameter: Callable[[str], Any], database: HydrodynamicDatabase) -> NDArray[np.float64] | None:
+def drift_damping(parameter: Callable[[str], Any], database: HydrodynamicDatabase) -> NDArray[np.float64] | None:
     """Wave drift damping, (6, 6); None where it is switched off."""
     if not parameter("drift_damping"):
         return None
     try:
-        return wave_drift_damping(database, _state(parameter))
+        return wave_drift_damping(database, sea_state(parameter))
     except ScenarioError as error:
         raise ScenarioError(f"{error}; or switch it off, drift_damping = false") from error
 
 
-def _mean(parameter: Callable[[str], Any]) -> str | None:
+def newman_mean(parameter: Callable[[str], Any]) -> str | None:
     """Which of Newman's means the parameter `drift` names; None for no slow drift."""
     name = parameter("drift")
     if name not in DRIFTS:
@@ -123,7 +125,7 @@ def _mean(parameter: Callable[[str], Any]) -> str | None:
     return DRIFTS[name]
 
 
-def _database(parameter: Callable[[str], Any]) -> HydrodynamicDatabase | None:
+def wave_database(parameter: Callable[[str], Any]) -> HydrodynamicDatabase | None:
     """Hydrodynamic database for this sea; None for Morison's inertia force, and in calm water."""
     name = parameter("hydrodynamics")
     if name == MORISON or parameter("significant_height") == 0.0:
@@ -133,7 +135,8 @@ def _database(parameter: Callable[[str], Any]) -> HydrodynamicDatabase | None:
             "parameter members gives a hull of its own, but parameter hydrodynamics is empty, which is the database "
             f"of the ISSC TLP; name that hull's database file, or take {MORISON!r}"
         )
-    database = database_by_name(name, *(parameter(key) for key in ("water_depth", "water_density", "gravity")))
+    depth, density, gravity = (parameter(key) for key in ("water_depth", "water_density", "gravity"))
+    database = database_by_name(name, depth, density, gravity, hull_of(parameter))
     _require_fit(database, parameter, f"hydrodynamic database {name or 'of the ISSC TLP'}")
     return database
 
@@ -141,13 +144,13 @@ def _database(parameter: Callable[[str], Any]) -> HydrodynamicDatabase | None:
 def _require_fit(data: HydrodynamicDatabase | QuadraticTransfer, parameter: Callable[[str], Any], label: str) -> None:
     """Check that data are for the water of the site and cover the waves."""
     depth, density, gravity = (parameter(key) for key in ("water_depth", "water_density", "gravity"))
-    state = _state(parameter)
+    state = sea_state(parameter)
     lowest = 2.0 * np.pi * band_of_energy(state)[0]
     require_site(data, depth=depth, density=density, gravity=gravity, frequency=lowest, name=label)
     require_coverage(data, state, label)
 
 
-def _transfer(parameter: Callable[[str], Any]) -> QuadraticTransfer | None:
+def quadratic_table(parameter: Callable[[str], Any]) -> QuadraticTransfer | None:
     """Quadratic transfer function of the slow drift; None where it is not from one, and in calm water."""
     name, drift = parameter("quadratic_transfer"), parameter("drift")
     if drift != QTF and name:
@@ -170,23 +173,25 @@ def _transfer(parameter: Callable[[str], Any]) -> QuadraticTransfer | None:
 
 def mean_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
     """Drag of the current in calm water and mean drift, (6,) N, N·m, from the FMU's parameters."""
-    current, database = current_of(parameter), _database(parameter)
-    force = mean_current_force(_members(parameter), current=current, water_density=parameter("water_density"))
-    table, mean = _transfer(parameter), _mean(parameter)
+    current, database = current_of(parameter), wave_database(parameter)
+    force = mean_current_force(hull_members(parameter), current=current, water_density=parameter("water_density"))
+    table, mean = quadratic_table(parameter), newman_mean(parameter)
     if table is not None:
-        force = force + mean_quadratic_force(quadratic_kernel(table), _state(parameter))
+        force = force + mean_quadratic_force(quadratic_kernel(table), sea_state(parameter))
     elif database is not None and mean is not None:
-        force = force + mean_drift_force(database, _state(parameter))
+        force = force + mean_drift_force(database, sea_state(parameter))
     if database is not None and (table is not None or mean is not None):
-        damping = _drift_damping(parameter, database)
+        damping = drift_damping(parameter, database)
         if damping is not None and current is not None and parameter("doppler"):
             force = force + damping[:, :3] @ current_velocity(current, np.zeros(1))[0]
     return force
 
 
-def _members(parameter: Callable[[str], Any]) -> Members:
+def hull_members(parameter: Callable[[str], Any]) -> Members:
     members = parameter("members")
-    return record_from_json(Members, members, "members") if members else issc_members()
+    if members:
+        return record_from_json(Members, members, "members")
+    return issc_members(parameter("drag_coefficient"), hull_of(parameter).draught)
 
 
 def _sea(parameter: Callable[[str], Any], members: Members) -> Sea:
@@ -195,10 +200,10 @@ def _sea(parameter: Callable[[str], Any], members: Members) -> Sea:
         raise ScenarioError(f"parameter generator is {generator!r}; it must be one of {', '.join(GENERATORS)}")
     if parameter("significant_height") == 0.0:
         return calm_water(water_depth=parameter("water_depth"), gravity=parameter("gravity"))
-    return GENERATORS[generator](parameter, _state(parameter), members)
+    return GENERATORS[generator](parameter, sea_state(parameter), members)
 
 
-def _state(parameter: Callable[[str], Any]) -> SeaState:
+def sea_state(parameter: Callable[[str], Any]) -> SeaState:
     table = parameter("spectrum_table")
     return SeaState(
         spectrum=parameter("spectrum"),
@@ -282,6 +287,7 @@ class TlpsimWave(Component):
         real_parameter("water_density", "kg/m3", SEA_WATER_DENSITY, "density of the water"),
         real_parameter("gravity", "m/s2", STANDARD_GRAVITY, "acceleration of gravity"),
         *CURRENT_PARAMETERS,
+        real_parameter("drag_coefficient", "1", DRAG_COEFFICIENT, "of the ISSC TLP's columns and pontoons"),
         integer_parameter("directions", 1, "number of long-crested seas that make up the sea; 1 is long-crested"),
         integer_parameter("components", 400, "number of components a direction, of the generator harmonic"),
         integer_parameter("orders.long", DEFAULT_ORDERS.long, "order of the long autoregression"),
@@ -305,8 +311,9 @@ class TlpsimWave(Component):
             "hydrodynamics",
             "",
             "first-order force: path of a hydrodynamic database (.h5); morison: inertia of the members; empty: the "
-            "database of the ISSC TLP for this water, computed on first use",
+            "database of the ISSC TLP, or of `hull`, for this water, computed on first use",
         ),
+        HULL_PARAMETER,
         boolean_parameter("splash", True, "drag up to the surface of the waves, not to mean water level"),
         text_parameter("stretching", "vertical", "of velocities to that surface: vertical, wheeler, linear or none"),
         text_parameter(
@@ -326,7 +333,8 @@ class TlpsimWave(Component):
             "members",
             "",
             "JSON object of the columns of the members' table (start, end, across, width, area, "
-            "drag_coefficient, added_mass_coefficient, end_pressure, end_added_mass_coefficient); empty: ISSC TLP",
+            "drag_coefficient, added_mass_coefficient, end_pressure, end_added_mass_coefficient); empty: those of the "
+            "ISSC TLP, with the parameters drag_coefficient and hull",
         ),
     )
 

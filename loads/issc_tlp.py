@@ -14,16 +14,23 @@ Number of tethers in a column's group: not found in print; three is usual. The a
 
 The published natural periods are those of tethers without mass, which are the default. `steel_tubes` has the mass that
 goes with the tethers' stiffness; with it surge takes 1.9 % longer, yaw 3.0 %, heave 1.2 % and pitch 2.0 % [D].
+
+`Hull` holds what a platform of this shape may have otherwise. Columns grow longer or shorter with its draught d, and
+the pontoons stay flush with the keel:
+
+    V(d) = V(35 m) + A_w (d - 35 m)                                                                         (1)
+    pretension = (rho V(d) - m) g                                                                           (2)
 """
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tlpsim.loads.checks import require_positive
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.body import Body
@@ -60,6 +67,8 @@ STEEL_MODULUS, STEEL_DENSITY = 2.1e11, 7850.0
 """N/m², kg/m³, of structural steel"""
 TENDON_DRAG_COEFFICIENT, TENDON_ADDED_MASS_COEFFICIENT = 1.0, 1.0
 """Round tubes, rough in drag; assumed"""
+DRAG_COEFFICIENT = 0.8
+"""Of columns and pontoons; assumed"""
 DECK_HEIGHT = 22.5
 """m, underside of the deck above the still water level; assumed, as the comparison of codes has no deck"""
 DISPLACED_VOLUME = (MASS * STANDARD_GRAVITY + TOTAL_PRETENSION) / (SEA_WATER_DENSITY * STANDARD_GRAVITY)
@@ -82,51 +91,104 @@ ADDED_MASS[1, 3] = ADDED_MASS[3, 1] = 9.971977877e8
 ADDED_MASS.flags.writeable = False
 
 
-def _centre_of_buoyancy_height() -> float:
-    """Height of the centroid of columns and pontoons, m; the pontoons run between the column walls [D]."""
-    columns = WATERPLANE_AREA * DRAUGHT
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hull:
+    """What a platform of the ISSC TLP's shape may have otherwise; by default it is the ISSC TLP.
+
+    Attributes
+    ----------
+    draught : m, more than the pontoons are high.
+    mass : kg, > 0.
+    centre_of_gravity : m above the still water level.
+    roll_inertia : kg·m² about the centre of gravity, of pitch alike as the hull is square; > 0.
+    yaw_inertia : kg·m² about the centre of gravity, > 0.
+
+    Raises
+    ------
+    ScenarioError
+        For a value out of range.
+    """
+
+    draught: float = DRAUGHT
+    mass: float = MASS
+    centre_of_gravity: float = CENTRE_OF_GRAVITY_HEIGHT
+    roll_inertia: float = ROLL_INERTIA
+    yaw_inertia: float = YAW_INERTIA
+
+    def __post_init__(self) -> None:
+        require_positive("mass of the hull", self.mass, "kg")
+        require_positive("roll and yaw inertia of the hull", [self.roll_inertia, self.yaw_inertia], "kg·m²")
+        if float(require_positive("draught of the hull", self.draught, "m")) <= PONTOON_HEIGHT:
+            raise ScenarioError(
+                f"draught of the hull is {self.draught:g} m, expected more than the {PONTOON_HEIGHT:g} m that its "
+                "pontoons are high"
+            )
+        if not np.all(np.isfinite(np.asarray(self.centre_of_gravity, dtype=np.float64))):
+            raise ScenarioError(
+                f"centre of gravity of the hull is {self.centre_of_gravity} m, expected a finite number"
+            )
+
+
+ISSC = Hull()
+
+
+def displaced_volume(draught: float = DRAUGHT) -> float:
+    """Displaced volume at a draught (m), m³, eq. (1)."""
+    return DISPLACED_VOLUME + WATERPLANE_AREA * (draught - DRAUGHT)
+
+
+def centre_of_buoyancy_height(draught: float = DRAUGHT) -> float:
+    """Height of the centroid of columns and pontoons at a draught (m), m; the pontoons run between column walls [D]."""
+    columns = WATERPLANE_AREA * draught
     pontoons = 4.0 * (COLUMN_SPACING - 2.0 * COLUMN_RADIUS) * PONTOON_WIDTH * PONTOON_HEIGHT
-    pontoon_height = -DRAUGHT + 0.5 * PONTOON_HEIGHT
-    return (columns * -0.5 * DRAUGHT + pontoons * pontoon_height) / (columns + pontoons)
+    pontoon_height = -draught + 0.5 * PONTOON_HEIGHT
+    return (columns * -0.5 * draught + pontoons * pontoon_height) / (columns + pontoons)
 
 
-def balancing_pretension(water_density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY) -> float:
-    """Total pretension that holds the hull at its draught, N: buoyancy less weight.
+def balancing_pretension(
+    water_density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY, hull: Hull = ISSC
+) -> float:
+    """Total pretension that holds a hull at its draught, N: buoyancy less weight, eq. (2).
 
     Parameters
     ----------
     water_density : kg/m³.
     gravity : m/s².
+    hull : its mass and draught.
 
     Raises
     ------
     ScenarioError
         When the hull is too heavy for the water.
     """
-    pretension = (water_density * DISPLACED_VOLUME - MASS) * gravity
+    volume = displaced_volume(hull.draught)
+    pretension = (water_density * volume - hull.mass) * gravity
     if pretension <= 0.0:
         raise ScenarioError(
-            f"the ISSC TLP of {MASS:g} kg sinks in water of {water_density:g} kg/m³: its volume of "
-            f"{DISPLACED_VOLUME:.0f} m³ needs more than {MASS / DISPLACED_VOLUME:.0f} kg/m³"
+            f"the ISSC TLP of {hull.mass:g} kg sinks in water of {water_density:g} kg/m³: its volume of "
+            f"{volume:.0f} m³ needs more than {hull.mass / volume:.0f} kg/m³, or a mass of less than "
+            f"{water_density * volume:.4g} kg"
         )
     return pretension
 
 
-def body(water_density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY) -> Body:
+def body(water_density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY, hull: Hull = ISSC) -> Body:
     """Hull with its mass, inertia, zero-frequency added mass and hydrostatics.
 
     Parameters
     ----------
     water_density : kg/m³; the added mass goes with it.
     gravity : m/s².
+    hull : what differs from the ISSC TLP; the added mass stays that of 35 m draught, of other draughts it is
+        `tlpsim.loads.hydro.issc_members.issc_added_mass`.
     """
     return Body(
-        mass=MASS,
-        centre_of_gravity=np.array([0.0, 0.0, CENTRE_OF_GRAVITY_HEIGHT]),
-        inertia=np.diag([ROLL_INERTIA, PITCH_INERTIA, YAW_INERTIA]),
+        mass=hull.mass,
+        centre_of_gravity=np.array([0.0, 0.0, hull.centre_of_gravity]),
+        inertia=np.diag([hull.roll_inertia, hull.roll_inertia, hull.yaw_inertia]),
         added_mass=ADDED_MASS * (water_density / SEA_WATER_DENSITY),
-        displaced_volume=DISPLACED_VOLUME,
-        centre_of_buoyancy=np.array([0.0, 0.0, _centre_of_buoyancy_height()]),
+        displaced_volume=displaced_volume(hull.draught),
+        centre_of_buoyancy=np.array([0.0, 0.0, centre_of_buoyancy_height(hull.draught)]),
         waterplane_area=WATERPLANE_AREA,
         waterplane_moments=np.array([WATERPLANE_MOMENT, WATERPLANE_MOMENT]),
         water_density=water_density,
@@ -162,6 +224,8 @@ def tendons(
     water_depth: float = WATER_DEPTH,
     pretension: float = TOTAL_PRETENSION,
     tubes: Mapping[str, NDArray[np.float64]] = MappingProxyType({}),
+    axial_stiffness: float = TOTAL_AXIAL_STIFFNESS,
+    draught: float = DRAUGHT,
 ) -> Tendons:
     """Twelve tethers, three at each column's centre, from the keel straight down to the sea bed.
 
@@ -172,20 +236,22 @@ def tendons(
     water_depth : m; the tethers' EA stays what it is.
     pretension : N, of all tethers together.
     tubes : further columns of `Tendons`, such as those of `steel_tubes`; by default neither mass nor drag.
+    axial_stiffness : N, sum of EA.
+    draught : m, where the keel is.
 
     Raises
     ------
     ScenarioError
         When the water is no deeper than the draught.
     """
-    if water_depth <= DRAUGHT:
-        raise ScenarioError(f"water depth is {water_depth:g} m, expected more than the draught of {DRAUGHT:g} m")
+    if water_depth <= draught:
+        raise ScenarioError(f"water depth is {water_depth:g} m, expected more than the draught of {draught:g} m")
     count = len(COLUMN_CENTRES) * TENDONS_PER_COLUMN
     plan = np.repeat(COLUMN_CENTRES, TENDONS_PER_COLUMN, axis=0)
     return Tendons(
-        fairleads=np.column_stack((plan, np.full(count, -DRAUGHT))),
+        fairleads=np.column_stack((plan, np.full(count, -draught))),
         anchors=np.column_stack((plan, np.full(count, -water_depth))),
-        axial_stiffness=np.full(count, TOTAL_AXIAL_STIFFNESS / count),
+        axial_stiffness=np.full(count, axial_stiffness / count),
         pretension=np.full(count, pretension / count),
         **tubes,
     )

@@ -13,7 +13,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +28,7 @@ from tlpsim.fmus.tables import record_to_json
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM, MORISON
 from tlpsim.loads.errors import SolverError, TlpsimError
+from tlpsim.loads.platform.tendons import Tendons, submerged_weight
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.fmi.description import read_description
 from tlpsim.orchestrator.fmi.ode import SolverOptions
@@ -111,7 +112,7 @@ def assembled(scenario: Scenario) -> Iterator[Assembly]:
 
 
 def _prepare_database(scenario: Scenario) -> None:
-    """Compute the default platform's hydrodynamics if that was not done before, and say so: it takes a while."""
+    """Compute the platform's hydrodynamics if that was not done before, and say so: it takes a while."""
     if scenario.platform.hydrodynamics != scenario.platform.model:
         return
     if not (_is_own(scenario, "wave") or _is_own(scenario, "platform")):
@@ -122,9 +123,9 @@ def _prepare_database(scenario: Scenario) -> None:
     from tlpsim.scenarios.hydro import frequency_bar
 
     site = scenario.site
-    problem = issc_problem(site.water_depth, site.water_density, site.gravity)
+    problem = issc_problem(site.water_depth, site.water_density, site.gravity, _hull(scenario))
     if not cache_path(problem).exists():
-        messages.print("hydrodynamics of the ISSC TLP: computed once for this water, then kept in the cache")
+        messages.print("hydrodynamics of the ISSC TLP: computed once for this hull and water, then kept in the cache")
         with frequency_bar() as tell:
             cached(problem, progress=tell)
 
@@ -236,6 +237,8 @@ def _wave(scenario: Scenario) -> Parameters:
         "splash": waves.splash,
         "stretching": waves.stretching,
         "hydrodynamics": _hydrodynamics(scenario),
+        "hull": _hull_text(scenario),
+        "drag_coefficient": scenario.platform.drag_coefficient,
     }
 
 
@@ -270,6 +273,17 @@ def _hydrodynamics(scenario: Scenario) -> str:
     return "" if name == scenario.platform.model else name
 
 
+def _hull(scenario: Scenario) -> issc_tlp.Hull:
+    platform = scenario.platform
+    return issc_tlp.Hull(**{each.name: getattr(platform, each.name) for each in fields(issc_tlp.Hull)})
+
+
+def _hull_text(scenario: Scenario) -> str:
+    """The parameter `hull` of the wave and the platform FMU, "" for the ISSC TLP."""
+    hull = _hull(scenario)
+    return "" if hull == issc_tlp.ISSC else record_to_json(hull)
+
+
 def _database_note(scenario: Scenario) -> str:
     """What the first-order forces and the radiation of a run are made from."""
     platform, site = scenario.platform, scenario.site
@@ -277,26 +291,49 @@ def _database_note(scenario: Scenario) -> str:
         return "hydrodynamics: Morison's inertia force and constant added mass"
     name = platform.hydrodynamics
     if name == platform.model:
+        hull = f"draught {platform.draught:g} m, {platform.mass:g} kg, in " if _hull_text(scenario) else ""
         water = f"{site.water_depth:g} m, {site.water_density:g} kg/m3"
-        name = f"database of {name} for {water}, made on first use and kept in the user's cache"
+        name = f"database of {name} for {hull}{water}, made on first use and kept in the user's cache"
     drift = "" if scenario.waves.quadratic_transfer is None else f"; slow drift: {scenario.waves.quadratic_transfer}"
     return f"hydrodynamics: {name}; radiation: {platform.radiation}{drift}"
 
 
 def _platform(scenario: Scenario) -> Parameters:
-    site = scenario.site
+    site, hull = scenario.site, _hull(scenario)
     ratios = zip(DEGREES_OF_FREEDOM, scenario.platform.damping_ratios, strict=True)
-    pretension = issc_tlp.balancing_pretension(site.water_density, site.gravity)
     return {
         **{f"damping_ratio.{degree}": ratio for degree, ratio in ratios},
+        "mass": hull.mass,
+        "centre_of_gravity.z": hull.centre_of_gravity,
+        **{f"inertia.{axis}": hull.roll_inertia for axis in "xy"},
+        "inertia.z": hull.yaw_inertia,
+        "displaced_volume": issc_tlp.displaced_volume(hull.draught),
+        "centre_of_buoyancy.z": issc_tlp.centre_of_buoyancy_height(hull.draught),
+        "point[2].z": -hull.draught,
         "water_density": site.water_density,
         "gravity": site.gravity,
         "water_depth": site.water_depth,
         "hydrodynamics": _hydrodynamics(scenario),
+        "hull": _hull_text(scenario),
         "radiation": scenario.platform.radiation,
         **_current(scenario),
-        "tendons": record_to_json(issc_tlp.tendons(site.water_depth, pretension)),
+        "tendons": record_to_json(_tendons(scenario, hull)),
     }
+
+
+def _tendons(scenario: Scenario, hull: issc_tlp.Hull) -> Tendons:
+    site, given = scenario.site, scenario.platform.tendons
+    pretension = given.pretension or issc_tlp.balancing_pretension(site.water_density, site.gravity, hull)
+    weight = submerged_weight(given.mass_per_length, given.diameter, site.water_density, site.gravity)
+    tubes = {
+        "mass_per_length": given.mass_per_length,
+        "submerged_weight": float(weight),
+        "diameter": given.diameter,
+        "drag_coefficient": given.drag_coefficient,
+        "added_mass_coefficient": issc_tlp.TENDON_ADDED_MASS_COEFFICIENT,
+    }
+    columns = {name: np.atleast_1d(value) for name, value in tubes.items()}
+    return issc_tlp.tendons(site.water_depth, pretension, columns, given.axial_stiffness, hull.draught)
 
 
 STANDARD: Mapping[str, Callable[[Scenario], Parameters]] = {"wind": _wind, "wave": _wave, "platform": _platform}

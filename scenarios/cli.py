@@ -1,4 +1,4 @@
-"""The command `tlpsim`: build, run, resume, check, swap, export, info, figures, bem.
+"""The command `tlpsim`: build, run, resume, check, swap, export, spectral, compare, sensitivity, info, figures, bem.
 
 Heavy imports stand inside the commands, so that `tlpsim --help` answers at once.
 """
@@ -18,6 +18,7 @@ import typer
 from tlpsim.loads.errors import ScenarioError, TlpsimError
 from tlpsim.scenarios.cli_options import Duration, Seed, Settings, interruptible, load
 from tlpsim.scenarios.cli_run import resume, run
+from tlpsim.scenarios.cli_spectral import compare, compare_figures, print_spectral_file, sensitivity, spectral
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.system import System
@@ -58,6 +59,9 @@ def build(
 
 app.command()(run)
 app.command()(resume)
+app.command()(spectral)
+app.command()(compare)
+app.command()(sensitivity)
 
 
 @app.command()
@@ -230,7 +234,8 @@ def bem(
 @app.command()
 def info(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="An .fmu, an .ssp or .ssd, or an .h5: results, database or QTF.")
+        Path,
+        typer.Argument(metavar="FILE", help="An .fmu, .ssp or .ssd, or any .h5 that tlpsim wrote."),
     ],
 ) -> None:
     """Print what an FMU, a system, a results file, a hydrodynamic database or a quadratic transfer function holds."""
@@ -258,7 +263,7 @@ def info(
 
         typer.echo(f"{file}: hydrodynamic database")
         print_database(read(file))
-    else:
+    elif not print_spectral_file(file):
         from tlpsim.scenarios.results import open_results
 
         print_results(open_results(file))
@@ -269,6 +274,7 @@ class FigureSet(StrEnum):
 
     PROCESSES = "processes"
     HYDRO = "hydro"
+    COMPARE = "compare"
 
 
 @app.command()
@@ -276,28 +282,39 @@ def figures(
     which: Annotated[
         FigureSet,
         typer.Argument(
-            metavar="WHICH", help="processes: spectra of wind and waves; hydro: coefficients and mesh of a hull."
+            metavar="WHICH",
+            help="processes: spectra of wind and waves; hydro: coefficients and mesh of a hull; compare: spectra of "
+            "the response by both domains, and what each load does.",
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the PNG files.")],
     scenario: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Scenario whose wind and waves are drawn (processes).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Scenario whose wind and waves (processes) or response (compare) is drawn."),
     ] = None,
     settings: Settings = None,
     database: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Database of `tlpsim bem` (hydro); the ISSC TLP's without it.")
     ] = None,
+    comparison: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Comparison of `tlpsim compare -o` (compare).")
+    ] = None,
 ) -> None:
-    """Draw the digital filters that make wind and waves, or the hydrodynamics of a hull."""
+    """Draw the digital filters that make wind and waves, the hydrodynamics of a hull, or a response by both domains."""
     if settings and scenario is None:
         raise ScenarioError("--set changes a scenario: name its file with --scenario")
+    if comparison is not None and which is not FigureSet.COMPARE:
+        raise ScenarioError("--comparison is for the figures 'compare': leave it out")
     if which is FigureSet.HYDRO:
         if scenario is not None:
-            raise ScenarioError("--scenario is for the figures 'processes': name a database with --database")
+            raise ScenarioError("--scenario is not for the figures 'hydro': name a database with --database")
         _hydro_figures(output, database)
         return
     if database is not None:
         raise ScenarioError("--database is for the figures 'hydro': name a scenario with --scenario")
+    if which is FigureSet.COMPARE:
+        compare_figures(output, scenario, settings, comparison)
+        return
     from tlpsim.scenarios.figures import draw_processes
 
     for path in draw_processes(output, load(scenario, None, None, settings) if scenario else None):

@@ -91,6 +91,8 @@ FREQUENCY = Dimension(name="frequency", units={"Hz": 1.0, "mHz": 0.001})
 HEADING = Dimension(name="heading", units={"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi})
 ANGLE = Dimension(name="angle", units={"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0})
 MASS = Dimension(name="mass", units={"kg": 1.0, "t": 1000.0})
+INERTIA = Dimension(name="moment of inertia", units={"kg.m2": 1.0, "kg·m²": 1.0, "t.m2": 1000.0, "t·m²": 1000.0})
+LINEAR_DENSITY = Dimension(name="mass per length", units={"kg/m": 1.0, "t/m": 1000.0})
 DENSITY = Dimension(name="density", units={"kg/m3": 1.0, "kg/m³": 1.0, "t/m3": 1000.0})
 FORCE = Dimension(name="force", units={"N": 1.0, "kN": 1e3, "MN": 1e6})
 RATIO = Dimension(name="ratio", units={"1": 1.0, "%": 0.01})
@@ -102,6 +104,10 @@ Speed = Annotated[float, BeforeValidator(SPEED.parse)]
 Acceleration = Annotated[float, BeforeValidator(ACCELERATION.parse)]
 Frequency = Annotated[float, BeforeValidator(FREQUENCY.parse)]
 Heading = Annotated[float, BeforeValidator(HEADING.parse)]
+Mass = Annotated[float, BeforeValidator(MASS.parse)]
+Inertia = Annotated[float, BeforeValidator(INERTIA.parse)]
+LinearDensity = Annotated[float, BeforeValidator(LINEAR_DENSITY.parse)]
+Force = Annotated[float, BeforeValidator(FORCE.parse)]
 Density = Annotated[float, BeforeValidator(DENSITY.parse)]
 Ratio = Annotated[float, BeforeValidator(RATIO.parse)]
 

@@ -262,15 +262,22 @@ def _dataset_name(variable: str) -> str:
 
 
 def _file_attributes(recording: Recording) -> dict[str, str | int]:
-    versions = {name: importlib.metadata.version(name) for name in _PACKAGES}
     return {
         "format": FORMAT,
         "schema_version": SCHEMA_VERSION,
         "title": recording.title,
         **recording.attributes,
+        **origin(),
+        "status": "running",
+    }
+
+
+def origin() -> dict[str, str]:
+    """Attributes `versions` and `created` of a file that is written now."""
+    versions = {name: importlib.metadata.version(name) for name in _PACKAGES}
+    return {
         "versions": json.dumps(versions | {"python": platform.python_version()}),
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "status": "running",
     }
 
 

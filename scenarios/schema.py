@@ -27,7 +27,6 @@ from pydantic import (
 from tlpsim.scenarios.problems import Location, Source, nearest, problem, scenario_error
 from tlpsim.scenarios.reading import absolute_paths, expand, merge, parse_override, read_toml, resolve
 from tlpsim.scenarios.sections import (
-    DRAFT,
     LARGEST_SEED,
     Box,
     Component,
@@ -40,6 +39,7 @@ from tlpsim.scenarios.sections import (
     LoopIteration,
     Outputs,
     Platform,
+    PlatformTendons,
     Section,
     Segment,
     Simulation,
@@ -67,6 +67,8 @@ STANDARD_CONNECTIONS: dict[str, dict[str, Any]] = {
     "wave.velocity.*": {"from": "platform.velocity.*"},
     "platform.elevation": {"from": "wave.elevation"},
 }
+LARGEST_IMBALANCE = 1e-3
+"""Of the buoyancy, between it and weight and pretension; it lifts the ISSC TLP by 0.7 mm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,10 +229,29 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _hull_floats_free(self) -> Self:
-        draft = DRAFT[self.platform.model]
-        if self.site.water_depth <= draft:
-            text = f"must be greater than the draft of {self.platform.model}, {draft:g} m"
+        draught = self.platform.draught
+        if self.site.water_depth <= draught:
+            text = f"must be greater than the draught of {self.platform.model}, {draught:g} m"
             raise problem(("site", "water_depth"), self.site.water_depth, text)
+        return self
+
+    @model_validator(mode="after")
+    def _pretension_balances(self) -> Self:
+        pretension, mass, site = self.platform.tendons.pretension, self.platform.mass, self.site
+        if pretension is None:
+            return self
+        from tlpsim.loads.issc_tlp import displaced_volume
+
+        buoyancy = site.water_density * site.gravity * displaced_volume(self.platform.draught)
+        if abs(pretension + mass * site.gravity - buoyancy) > LARGEST_IMBALANCE * buoyancy:
+            displaced = buoyancy / site.gravity
+            held = pretension / site.gravity
+            text = (
+                f"with the weight of platform.mass = {mass:g} kg makes {(held + mass) / 1e6:.4g}e6 kg, and the hull "
+                f"displaces {displaced / 1e6:.4g}e6 kg: leave the pretension out, which makes it "
+                f"{buoyancy - mass * site.gravity:.5g} N, or set platform.mass to {displaced - held:.5g} kg"
+            )
+            raise problem(("platform", "tendons", "pretension"), pretension, text)
         return self
 
     @model_validator(mode="after")
@@ -256,6 +277,7 @@ SECTIONS: dict[Location, type[BaseModel]] = {
     ("simulation",): Simulation,
     ("site",): Site,
     ("platform",): Platform,
+    ("platform", "tendons"): PlatformTendons,
     ("wind",): Wind,
     ("wind", "coherence"): WindCoherence,
     ("wind", "orders"): WindOrders,

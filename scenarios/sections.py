@@ -25,9 +25,13 @@ from tlpsim.scenarios.quantities import (
     Area,
     Density,
     Duration,
+    Force,
     Frequency,
     Heading,
+    Inertia,
     Length,
+    LinearDensity,
+    Mass,
     PositiveDuration,
     PositiveFrequency,
     PositiveLength,
@@ -39,8 +43,8 @@ BUILTIN = "builtin:"
 BUILTIN_COMPONENTS = ("wind", "wave", "platform")
 TABLE = ".csv"
 LARGEST_SEED = 2**31 - 1  # an FMI Integer is a signed 32-bit number
-# Depth of the deepest part of each hull below the mean water level, m.
-DRAFT = {"issc_tlp": 35.0}
+HULLS = ("issc_tlp",)
+PONTOON_HEIGHT = 10.5  # m, of the ISSC TLP: `tlpsim.loads.issc_tlp`, which is slow to import
 
 Filter = Literal["hold", "linear", "cubic", "quintic", "six_point", "kaiser", "optimal", "anti_alias"]
 Extrapolation = Literal["hold", "linear", "quadratic", "derivatives"]
@@ -82,10 +86,29 @@ class Site(Section):
 DampingRatio = Annotated[Ratio, Field(ge=0)]
 
 
+class PlatformTendons(Section):
+    """Tethers of the platform: pretension and stiffness of all together, and the tube that each of them is.
+
+    They reach from the keel to the sea bed. Without a pretension it is what balances weight and buoyancy.
+    """
+
+    pretension: Annotated[Force, Field(gt=0)] | None = None
+    axial_stiffness: Annotated[Force, Field(gt=0)] = 3.37e11
+    diameter: Annotated[Length, Field(ge=0)] = 0.0
+    mass_per_length: Annotated[LinearDensity, Field(ge=0)] = 0.0
+    drag_coefficient: Annotated[Ratio, Field(ge=0)] = 1.0
+
+
 class Platform(Section):
-    """Hull, its hydrodynamics, and its linear damping as ratios of critical by degree of freedom."""
+    """Hull, its hydrodynamics, its tethers, and its linear damping as ratios of critical by degree of freedom."""
 
     model: Literal["issc_tlp"] = "issc_tlp"
+    mass: Annotated[Mass, Field(gt=0)] = 40.5e6
+    centre_of_gravity: Length = 3.0
+    roll_inertia: Annotated[Inertia, Field(gt=0)] = 82.37e9
+    yaw_inertia: Annotated[Inertia, Field(gt=0)] = 98.07e9
+    draught: Annotated[Length, Field(gt=PONTOON_HEIGHT)] = 35.0
+    drag_coefficient: Annotated[Ratio, Field(ge=0)] = 0.8
     hydrodynamics: StrictStr = "issc_tlp"
     radiation: Literal["convolution", "state_space", "none"] = "convolution"
     damping_ratios: tuple[DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio, DampingRatio] = (
@@ -96,11 +119,12 @@ class Platform(Section):
         0.02,
         0.0,
     )
+    tendons: PlatformTendons = PlatformTendons()
 
     @field_validator("hydrodynamics")
     @classmethod
     def _known_or_file(cls, value: str) -> str:
-        known = (*DRAFT, MORISON)
+        known = (*HULLS, MORISON)
         if value not in known and not value.endswith(".h5"):
             hint = nearest(value, known)
             raise ValueError(f"must be the path of a hydrodynamic database (.h5) or one of {', '.join(known)}{hint}")

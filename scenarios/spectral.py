@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from tlpsim.fmus.platform_fmu import TlpsimPlatform
 from tlpsim.fmus.spectral import spectral_waves, spectral_wind
 from tlpsim.fmus.wave_fmu import TlpsimWave
 from tlpsim.fmus.wind_fmu import TlpsimWind

@@ -8,7 +8,9 @@ highest frequency is a tenth above 0.35 Hz, the end of the band in which waves a
 (`tlpsim.loads.waves.elevation`). Panels of 3.5 m are then a third of a wave long, which is coarse, but excitation and
 damping are small there.
 
-The drift is that of the platform on its tethers, moving in the waves.
+The drift is that of the platform on its tethers, moving in the waves. So the database is one of a hull's draught, mass
+and inertia. Its tethers are always those of the ISSC TLP with the pretension that balances the hull: they set the slow
+and the stiff modes, outside the waves.
 
 Headings cover 45°; the hull's symmetry gives the others (`tlpsim.loads.hydro.diffraction`). Over the whole circle
 they are 96, which resolves exp(-i k b cos(β - β₀)) with b = 61 m up to k b = 37 at the highest frequency.
@@ -16,6 +18,7 @@ they are 96, which resolves exp(-i k b cos(β - β₀)) with b = 61 m up to k b 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -25,7 +28,7 @@ from tlpsim.loads import issc_tlp
 from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cached, read
 from tlpsim.loads.bem.hulls import issc_hull, lid, tlp
 from tlpsim.loads.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
-from tlpsim.loads.issc_tlp import WATER_DEPTH
+from tlpsim.loads.issc_tlp import ISSC, WATER_DEPTH, Hull
 from tlpsim.loads.platform.motion import PlatformModel
 from tlpsim.loads.rigid_body import mass_matrix
 
@@ -53,14 +56,31 @@ def issc_frequencies(gravity: float = STANDARD_GRAVITY) -> FloatArray:
 
 
 def issc_problem(
-    depth: float = WATER_DEPTH, density: float = SEA_WATER_DENSITY, gravity: float = STANDARD_GRAVITY
+    depth: float = WATER_DEPTH,
+    density: float = SEA_WATER_DENSITY,
+    gravity: float = STANDARD_GRAVITY,
+    hull: Hull = ISSC,
 ) -> Problem:
-    """What the database of the ISSC TLP depends on, in water of a depth (m), density (kg/m³) and gravity (m/s²)."""
-    mesh, coarse = (tlp(issc_hull(), PANEL, coarse=coarse) for coarse in (False, True))
-    body = issc_tlp.body(density, gravity)
-    pretension = issc_tlp.balancing_pretension(density, gravity)
+    """What the database of the ISSC TLP, or of a hull of its shape, depends on.
+
+    Parameters
+    ----------
+    depth, density, gravity
+        Of the water, m, infinity for deep water; kg/m³; m/s².
+    hull
+        What differs from the ISSC TLP.
+
+    Raises
+    ------
+    ScenarioError
+        If the hull sinks or reaches the bottom.
+    """
+    shape = replace(issc_hull(), draft=hull.draught)
+    mesh, coarse = (tlp(shape, PANEL, coarse=coarse) for coarse in (False, True))
+    body = issc_tlp.body(density, gravity, hull)
+    pretension = issc_tlp.balancing_pretension(density, gravity, hull)
     # In deep water the tethers are those of the usual depth: they matter for the slow motions only.
-    tendons = issc_tlp.tendons(depth if np.isfinite(depth) else WATER_DEPTH, pretension)
+    tendons = issc_tlp.tendons(depth if np.isfinite(depth) else WATER_DEPTH, pretension, draught=hull.draught)
     moored = PlatformModel(body=body, tendons=tendons)
     return Problem(
         mesh=mesh,
@@ -77,13 +97,13 @@ def issc_problem(
     )
 
 
-@lru_cache(maxsize=8)
 def issc_database(
     depth: float = WATER_DEPTH,
     density: float = SEA_WATER_DENSITY,
     gravity: float = STANDARD_GRAVITY,
+    hull: Hull = ISSC,
 ) -> HydrodynamicDatabase:
-    """Database of the ISSC TLP, read from the user's cache or computed, which takes some seconds.
+    """Database of the ISSC TLP or of a hull of its shape, read from the user's cache or computed in some 20 s.
 
     Parameters
     ----------
@@ -93,16 +113,25 @@ def issc_database(
         Of the water, kg/m³.
     gravity
         In m/s².
+    hull
+        What differs from the ISSC TLP.
 
     Raises
     ------
     ScenarioError
-        If the hull reaches the bottom, or a number is not positive.
+        If the hull sinks or reaches the bottom, or a number is not positive.
     """
-    return cached(issc_problem(depth, density, gravity))
+    return _kept(depth, density, gravity, hull)
 
 
-def database_by_name(name: str, depth: float, density: float, gravity: float) -> HydrodynamicDatabase:
+@lru_cache(maxsize=8)
+def _kept(depth: float, density: float, gravity: float, hull: Hull) -> HydrodynamicDatabase:
+    return cached(issc_problem(depth, density, gravity, hull))
+
+
+def database_by_name(
+    name: str, depth: float, density: float, gravity: float, hull: Hull = ISSC
+) -> HydrodynamicDatabase:
     """The database in a file, or that of the ISSC TLP for a site where `name` is empty.
 
     Parameters
@@ -111,10 +140,12 @@ def database_by_name(name: str, depth: float, density: float, gravity: float) ->
         Path of an HDF5 file, or "".
     depth, density, gravity
         Of the site, m, kg/m³ and m/s².
+    hull
+        What differs from the ISSC TLP; without effect on a file.
 
     Raises
     ------
     ScenarioError
         If the file is missing or holds no database, or the ISSC TLP cannot float there.
     """
-    return read(name) if name else issc_database(depth, density, gravity)
+    return read(name) if name else issc_database(depth, density, gravity, hull)

@@ -11,12 +11,16 @@ the heave added mass is that of the boundary element solution at periods of 10 t
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tlpsim.loads.hydro.morison import Members
+from tlpsim.loads.constants import SEA_WATER_DENSITY
+from tlpsim.loads.hydro.morison import Members, added_mass
 from tlpsim.loads.issc_tlp import (
+    ADDED_MASS,
     COLUMN_CENTRES,
     COLUMN_RADIUS,
     COLUMN_SPACING,
+    DRAG_COEFFICIENT,
     DRAUGHT,
     PONTOON_HEIGHT,
     PONTOON_WIDTH,
@@ -28,8 +32,15 @@ PONTOON_HORIZONTAL_ADDED_MASS_COEFFICIENT = 1.44
 PONTOON_VERTICAL_ADDED_MASS_COEFFICIENT = 1.60
 
 
-def issc_members(drag_coefficient: float = 0.8) -> Members:
-    """Four columns and four pontoons, with one drag coefficient for all.
+def issc_members(drag_coefficient: float = DRAG_COEFFICIENT, draught: float = DRAUGHT) -> Members:
+    """Four columns and four pontoons.
+
+    Parameters
+    ----------
+    drag_coefficient
+        One for all, >= 0; without dimension.
+    draught
+        In m: the length of the columns, to whose keel the pontoons go along.
 
     Raises
     ------
@@ -37,9 +48,9 @@ def issc_members(drag_coefficient: float = 0.8) -> Members:
         If the drag coefficient is negative or not finite.
     """
     half = 0.5 * COLUMN_SPACING
-    level = -DRAUGHT + 0.5 * PONTOON_HEIGHT
+    level = -draught + 0.5 * PONTOON_HEIGHT
     inner = half - COLUMN_RADIUS
-    columns_start = np.column_stack([COLUMN_CENTRES, np.full(4, -DRAUGHT)])
+    columns_start = np.column_stack([COLUMN_CENTRES, np.full(4, -draught)])
     columns_end = np.column_stack([COLUMN_CENTRES, np.zeros(4)])
     pontoons_start = np.array(
         [[-inner, -half, level], [-inner, half, level], [-half, -inner, level], [half, -inner, level]]
@@ -67,3 +78,14 @@ def issc_members(drag_coefficient: float = 0.8) -> Members:
             [four * np.array([COLUMN_END_ADDED_MASS_COEFFICIENT, 0.0]), np.zeros((4, 2))]
         ),
     )
+
+
+def issc_added_mass(draught: float = DRAUGHT, water_density: float = SEA_WATER_DENSITY) -> NDArray[np.float64]:
+    """Added mass in long waves, (6, 6) kg, kg·m, kg·m², about the origin on the still water level.
+
+    It is that of panels at the draught of the ISSC TLP, and at other draughts (m) that with the difference that strips
+    make between the two: within 4 % of the difference that panels make in surge, 7 % in yaw, 20 % in pitch.
+    """
+    panels = ADDED_MASS * (water_density / SEA_WATER_DENSITY)
+    here, there = (added_mass(issc_members(draught=depth), water_density) for depth in (draught, DRAUGHT))
+    return np.asarray(panels + (here - there))

@@ -176,13 +176,13 @@ def _sine_transform(time: FloatArray, kernel: FloatArray, omega: FloatArray) -> 
 
 def frequency_response(memory: DiscreteMemory, omega: ArrayLike, step: float) -> NDArray[np.complex128]:
     """Force over velocity of discrete filters, (n, 6, 6): damping + i omega (A(omega) - A_inf), at `omega` rad/s."""
-    delay = np.exp(-1j * step * np.atleast_1d(np.asarray(omega, dtype=np.float64)))
-    result = np.zeros((len(delay), 6, 6), dtype=np.complex128) + memory.direct
-    lags = delay[:, None] ** np.arange(1, len(memory.taps) + 1)
+    phase = -1j * step * np.atleast_1d(np.asarray(omega, dtype=np.float64))
+    result = np.zeros((len(phase), 6, 6), dtype=np.complex128) + memory.direct
     if memory.taps.size:
+        lags = np.exp(np.outer(phase, np.arange(1, len(memory.taps) + 1)))
         result[:, memory.pairs[:, 0], memory.pairs[:, 1]] += lags @ memory.taps
     identity = np.eye(len(memory.transition))
-    for n, unit in enumerate(delay):
+    for n, unit in enumerate(np.exp(phase)):
         # z (1 - Z delay) = G (1 + delay) v, and D already holds C G v.
         states = np.linalg.solve(identity - memory.transition * unit, memory.drive * (1.0 + unit))
         result[n] += memory.output @ (states - memory.drive)

@@ -9,7 +9,7 @@ The equations:
 
 Where the model has a fluid memory, M holds the added mass of infinite frequency, and so do energy, periods and damping.
 That is right for the tether modes; slow modes carry more added mass, of which the memory makes the difference (the ISSC
-TLP's surge period is 102.9 s with it and 98.4 s by M alone).
+TLP's surge period is 102.6 s with it and 97.9 s by M alone).
 """
 
 from collections.abc import Callable

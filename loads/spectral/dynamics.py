@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.optimize import linear_sum_assignment
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import SolverError
@@ -35,9 +36,10 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 LARGEST_ITERATION = 30
-_MEMORY_STEP = 0.02  # rad/s, a small part of 2 pi over the length of the memory
+_MEMORY_STEP = 0.005  # rad/s, a small part of 2 pi over the length of the memory
 _COMPLEX_STEP = 1e-30
 _UNDAMPED = 1e-5  # of critical: less is rounding
+_SAME = 1e-6  # relative difference of frequencies that are alike
 _DIFFERENCE = np.array([1e-2, 1e-2, 1e-2, 1e-5, 1e-5, 1e-5])  # m, rad, for second derivatives
 _FARTHEST, _LARGEST_ANGLE = 1e4, 1.0
 
@@ -152,11 +154,14 @@ def mean_pose(
 
     for _ in range(LARGEST_ITERATION):
         tangent = _jacobian(residual, pose)[np.ix_(free, free)]
-        change = np.linalg.solve(tangent, -residual(pose)[free])
+        try:
+            change = np.linalg.solve(tangent, -residual(pose)[free])
+        except np.linalg.LinAlgError:
+            break
         pose[free] += change
         if not np.all(np.isfinite(pose)) or np.abs(pose[3:]).max() > _LARGEST_ANGLE or np.abs(pose).max() > _FARTHEST:
             break
-        if np.abs(change).max() <= 1e-10 * max(1.0, float(np.abs(pose).max())):
+        if np.abs(change).max(initial=0.0) <= 1e-10 * max(1.0, float(np.abs(pose).max())):
             return pose
     raise SolverError(
         f"frequency domain: the platform finds no mean position under the mean load {load} (N, N·m): lower the loads, "
@@ -237,20 +242,21 @@ def natural_modes(system: Dynamics, memory: Memory) -> tuple[Mode, ...]:
     chosen, count = np.ix_(system.free, system.free), len(system.free)
     if not count:
         return ()
-    frequencies, found, left = _eigen(system, memory, np.zeros(count), chosen), [], set(range(count))
-    starts = np.sort(np.abs(frequencies[0]))
-    for number in range(count):
-        omega = starts[number]
+    starts = np.sort(np.abs(_eigen(system, memory, 0.0, chosen)[0]))
+    found: list[Mode] = []
+    left = set(range(count))
+    for number, omega in enumerate(starts):
         for _ in range(5):
-            values, vectors = _eigen(system, memory, np.full(count, omega), chosen)
-            order = np.argsort(np.abs(values))
-            omega = float(np.abs(values[order[number]]))
-        value, vector = values[order[number]], vectors[:, order[number]]
-        energy = np.abs(vector) ** 2 * np.diag(system.mass)[system.free]
-        index = max(left, key=lambda k, e=energy: e[k])  # type: ignore[misc]
+            values, vectors = _eigen(system, memory, float(omega), chosen)
+            energy = np.abs(vectors) ** 2 * np.diag(system.mass)[system.free, None]
+            _, moved = linear_sum_assignment(-energy.T / energy.sum(axis=0)[:, None])
+            # Surge and sway of a square hull have one frequency, and no order but by name.
+            at = np.lexsort((moved, np.round(np.log(np.abs(values)) / _SAME)))[number]
+            omega = np.abs(values[at])
+        index = int(moved[at]) if moved[at] in left else max(left, key=lambda k: energy[k, at])
         left.discard(index)
-        name = DEGREES_OF_FREEDOM[system.free[index]]
-        found.append(Mode(name=name, period=2.0 * np.pi / omega, damping_ratio=float(-value.real / abs(value))))
+        name, ratio = DEGREES_OF_FREEDOM[system.free[index]], float(-values[at].real / omega)
+        found.append(Mode(name=name, period=float(2.0 * np.pi / omega), damping_ratio=ratio))
     return tuple(found)
 
 
@@ -272,10 +278,10 @@ def require_damped(modes: tuple[Mode, ...]) -> None:
 
 
 def _eigen(
-    system: Dynamics, memory: Memory, omega: FloatArray, chosen: tuple[NDArray[np.int64], ...]
+    system: Dynamics, memory: Memory, omega: float, chosen: tuple[NDArray[np.int64], ...]
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Eigenvalues with positive imaginary part (count,), and vectors, with the memory at omega[0]."""
-    at = max(float(omega[0]), _MEMORY_STEP)
+    """Eigenvalues with positive imaginary part (count,), and vectors (count, count), with the memory at omega."""
+    at = max(omega, _MEMORY_STEP)
     rates = system.turn @ memory.at(np.array([at]))[0] @ system.turn.T
     mass = (system.mass + rates.imag / at)[chosen]
     damping, stiffness = (system.damping + rates.real)[chosen], system.stiffness[chosen]

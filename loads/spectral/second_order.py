@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 SLOW_DRIFT = "slow drift"
+_ROUNDING = 1e-6  # of a step, at either end
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +42,7 @@ class EvenSpectrum:
         """Linear in between, (m, k, k), at (m,) Hz."""
         place = (frequency - self.first) / self.step
         cell = np.clip(np.floor(place).astype(np.int64), 0, len(self.values) - 2)
-        inside = (place >= 0.0) & (place <= len(self.values) - 1)
+        inside = (place >= -_ROUNDING) & (place <= len(self.values) - 1 + _ROUNDING)
         share = np.where(inside, place - cell, 0.0)[:, None, None]
         found = (1.0 - share) * self.values[cell] + share * self.values[cell + 1]
         return np.asarray(np.where(inside[:, None, None], found, 0.0))

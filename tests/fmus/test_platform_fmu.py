@@ -60,6 +60,14 @@ def test_constant_added_mass_is_that_of_long_waves(changes: dict[str, str]) -> N
     np.testing.assert_allclose(lighter.body.added_mass, issc_tlp.ADDED_MASS / 1.025)
 
 
+def test_a_hull_of_more_draught_has_more_added_mass_and_lower_fairleads() -> None:
+    deep = model(hydrodynamics="morison", hull='{"draught": 45.0}')
+    # Ten metres of four circles.
+    more = 1025.0 * 4.0 * np.pi * 8.435**2 * 10.0
+    assert deep.body.added_mass[0, 0] - issc_tlp.ADDED_MASS[0, 0] == pytest.approx(more, rel=1e-9)
+    np.testing.assert_array_equal(deep.tendons.fairleads[:, 2], np.full(12, -45.0))
+
+
 def test_a_given_added_mass_stands_alone() -> None:
     given = model(added_mass=str((2.0 * issc_tlp.ADDED_MASS).tolist()))
     np.testing.assert_allclose(given.body.added_mass, 2.0 * issc_tlp.ADDED_MASS)

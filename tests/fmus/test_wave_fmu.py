@@ -116,6 +116,23 @@ def test_first_order_force_is_that_of_the_database(tmp_path: Path) -> None:
     np.testing.assert_array_equal(model(hydrodynamics="morison").excitation_transfer, members)
 
 
+def test_the_hull_gives_members_their_length_and_one_drag_coefficient() -> None:
+    options = {"hydrodynamics": "morison", "significant_height": 0.0, "current_speed": 1.0}
+    force = [
+        model(**options, **other).evaluate(0.0, np.zeros(6), np.zeros(6)).viscous[0]
+        for other in ({}, {"drag_coefficient": 1.6}, {"hull": '{"draught": 45.0}'})
+    ]
+    assert force[1] == pytest.approx(2.0 * force[0], rel=1e-12)
+    # Four columns of 10 m more.
+    assert force[2] - force[0] == pytest.approx(0.5 * 1025.0 * 0.8 * 2.0 * 8.435 * 40.0, rel=1e-9)
+    with pytest.raises(ScenarioError, match="parameter hull has depth; give an object with draught, mass"):
+        model(**options, hull='{"depth": 45.0}')
+    with pytest.raises(ScenarioError, match=r"draught of the hull is 5 m, expected more than the 10\.5 m"):
+        model(**options, hull='{"draught": 5.0}')
+    with pytest.raises(ScenarioError, match="parameter hull: could not convert"):
+        model(**options, hull='{"centre_of_gravity": "low"}')
+
+
 def test_a_database_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"nowhere\.h5"):
         model(hydrodynamics="nowhere.h5")

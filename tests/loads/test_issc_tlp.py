@@ -1,5 +1,6 @@
 """The ISSC TLP: what its figures add up to, against figures published or quoted apart from those put in."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -106,3 +107,33 @@ def test_water_too_light_or_too_shallow_is_refused() -> None:
         issc_tlp.balancing_pretension(700.0)
     with pytest.raises(ScenarioError, match="water depth is 30 m"):
         issc_tlp.tendons(30.0)
+
+
+def test_a_hull_of_other_draught_grows_by_its_columns() -> None:
+    deeper = issc_tlp.Hull(draught=45.0)
+    found, plain = issc_tlp.body(hull=deeper), issc_tlp.body()
+    columns, height = 4.0 * math.pi * 8.435**2, 10.0
+    assert found.displaced_volume - plain.displaced_volume == pytest.approx(columns * height, rel=1e-12)
+    # The hull as it was goes down by 10 m, and the cylinders above it have their centroid at -5 m.
+    volume = columns * 35.0 + 4.0 * (86.25 - 2.0 * 8.435) * 7.5 * 10.5
+    centre = (volume * (plain.centre_of_buoyancy[2] - 10.0) + columns * 10.0 * -5.0) / (volume + columns * 10.0)
+    assert found.centre_of_buoyancy[2] == pytest.approx(centre, rel=1e-12)
+    assert found.waterplane_area == plain.waterplane_area
+    pretension = issc_tlp.balancing_pretension(hull=deeper)
+    model = PlatformModel(body=found, tendons=issc_tlp.tendons(pretension=pretension, draught=45.0))
+    assert np.abs(restoring_force(model, np.zeros(6))).max() < 1e-9 * 9.80665 * found.mass
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"mass": 0.0}, "mass of the hull"),
+        ({"yaw_inertia": -1.0}, "inertia of the hull"),
+        ({"draught": 10.5}, r"draught of the hull is 10\.5 m"),
+        ({"draught": math.nan}, "draught of the hull is nan"),
+        ({"centre_of_gravity": math.inf}, "centre of gravity of the hull"),
+    ],
+)
+def test_a_hull_out_of_range_is_refused(changes: dict[str, float], words: str) -> None:
+    with pytest.raises(ScenarioError, match=words):
+        issc_tlp.Hull(**changes)

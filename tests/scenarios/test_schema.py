@@ -14,7 +14,6 @@ from pydantic import BaseModel
 import tlpsim.scenarios.schema
 from tlpsim.fmus.platform_fmu import MEMORY
 from tlpsim.fmus.wave_fmu import DRIFTS
-from tlpsim.loads import issc_tlp
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.filters.interpolation import SYMMETRIC
@@ -27,7 +26,7 @@ from tlpsim.loads.wind.profile import PROFILES
 from tlpsim.orchestrator.system import ACCELERATIONS, ALGORITHMS, ANTI_ALIAS, EXTRAPOLATIONS
 from tlpsim.scenarios.reading import merge, parse_override
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.sections import DRAFT, LARGEST_SEED, Coupling, LoopIteration, Platform, Waves, Wind, WindCoherence
+from tlpsim.scenarios.sections import HULLS, LARGEST_SEED, Coupling, LoopIteration, Platform, Waves, Wind, WindCoherence
 
 TYPICAL = Path(tlpsim.scenarios.schema.__file__).with_name("typical_tlp.toml")
 
@@ -66,6 +65,7 @@ def test_the_typical_scenario_writes_every_default_out() -> None:
     assert set(written) == set(sections)
     for name in set(sections) - {"title", "components", "connections"}:
         assert set(written[name]) == set(sections[name])
+    assert set(written["platform"]["tendons"]) == set(sections["platform"]["tendons"])
 
 
 def test_the_standard_wiring_joins_each_degree_of_freedom() -> None:
@@ -116,9 +116,8 @@ def test_the_choices_are_those_of_the_physics() -> None:
     assert choices(Coupling, "algorithm") == set(ALGORITHMS)
     assert choices(LoopIteration, "acceleration") == set(ACCELERATIONS)
     assert choices(Coupling, "extrapolation") == set(EXTRAPOLATIONS)
-    assert choices(Platform, "model") == set(DRAFT)
+    assert choices(Platform, "model") == set(HULLS)
     assert choices(Platform, "radiation") == set(MEMORY)
-    assert DRAFT["issc_tlp"] == issc_tlp.DRAUGHT
 
 
 # Files, settings and changes
@@ -309,7 +308,7 @@ def test_a_given_seed_is_kept_and_not_given_twice() -> None:
         ("[waves]\nfrequency_max = 0.01", ["waves.frequency_max = 0.01", "greater than frequency_min, 0.02"]),
         ("[waves]\ncomponents = 1.5", ["waves.components = 1.5", "whole number"]),
         ('[waves]\ndisplaced_position = "yes"', ["waves.displaced_position", "true or false"]),
-        ("[site]\nwater_depth = 30", ["site.water_depth = 30", "draft of issc_tlp, 35 m"]),
+        ("[site]\nwater_depth = 30", ["site.water_depth = 30", "draught of issc_tlp, 35 m"]),
         ('[waves]\ndrift = "qtf"', ["waves.drift", "quadratic_transfer", "tlpsim bem", "--qtf FILE.h5"]),
         (
             '[waves]\nquadratic_transfer = "qtf.h5"',

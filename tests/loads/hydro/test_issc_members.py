@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.hydro.issc_members import issc_members
+from tlpsim.loads.hydro.issc_members import issc_added_mass, issc_members
 from tlpsim.loads.hydro.morison import added_mass, inertia_transfer
+from tlpsim.loads.issc_tlp import ADDED_MASS, displaced_volume
 from tlpsim.loads.waves.field import regular_wave
 
 # Angular frequency (rad/s): surge, sway, heave (MN/m), roll, pitch, yaw (MN·m/m), waves toward 22.5 degrees.
@@ -117,3 +118,24 @@ def test_heave_is_the_difference_of_two_large_forces(omega: float) -> None:
 def test_negative_drag_coefficient_is_refused() -> None:
     with pytest.raises(ScenarioError, match=r"drag_coefficient holds -1\.0"):
         issc_members(drag_coefficient=-1.0)
+
+
+@pytest.mark.parametrize("draught", [20.0, 35.0, 50.0])
+def test_members_go_down_with_the_keel(draught: float) -> None:
+    members = issc_members(draught=draught)
+    ends = np.vstack([members.start, members.end])
+    assert ends[:, 2].min() == -draught
+    assert ends[:, 2].max() == 0.0
+    volume = np.sum(members.area * np.linalg.norm(members.end - members.start, axis=1))
+    assert volume == pytest.approx(displaced_volume(draught), rel=0.003)
+
+
+def test_added_mass_of_another_draught() -> None:
+    np.testing.assert_array_equal(issc_added_mass(), ADDED_MASS)
+    np.testing.assert_allclose(issc_added_mass(water_density=1000.0), ADDED_MASS / 1.025, rtol=1e-12)
+    difference = issc_added_mass(45.0) - ADDED_MASS
+    # Ten metres of four circles, whose added mass is that of their own volume.
+    columns = 1025.0 * 4.0 * np.pi * 8.435**2 * 10.0
+    assert difference[0, 0] == difference[1, 1] == pytest.approx(columns, rel=1e-9)
+    assert difference[2, 2] == pytest.approx(0.0, abs=1e-6 * columns)
+    np.testing.assert_allclose(difference, difference.T, atol=1e-9 * np.abs(difference).max())

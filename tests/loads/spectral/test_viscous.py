@@ -155,8 +155,9 @@ def test_expansion_against_the_drag_in_time(setting: tuple[str, bool, str]) -> N
     """Mean, what is linear in the waves, and what is quadratic, each with the factor that leaves least.
 
     Within four standard errors of six realizations, 2 %, and what is of the third order of the wave's height or more:
-    a trough bares what moves slower than the surface, some 15 % of the splash zone's share in waves of 7 m; its drag acts above mean water
-    level; and where velocities follow the surface their change with it is not linear, k² σ² or a tenth at the columns.
+    a trough bares what moves slower than the surface, some 15 % of the splash zone's share in waves of 7 m; its drag
+    acts above mean water level; the change of a current that follows it is neither in the variance nor in the
+    products; and where velocities follow the surface their change with it is not linear, k² σ² or a tenth.
     """
     current, splash, stretching = setting
     found, record = case(*setting), regressions(*setting)
@@ -167,16 +168,19 @@ def test_expansion_against_the_drag_in_time(setting: tuple[str, bool, str]) -> N
     zone = 0.15 * np.abs(found.linear.splash_mean)
     zone[3:5] = 1.75 * np.abs(found.linear.splash_mean)[[1, 0]]  # m, a lever of one standard deviation of the elevation
     follows = stretching == "wheeler"
-    above = zone if not follows else 0.06 * spread
+    above = 0.06 * spread if follows else zone + 0.01 * np.abs(expected) * (current == "stretched")
     assert np.all(np.abs(mean - expected) <= error[0] + above + 2e-3 * spread)
     assert np.all(np.abs(linear - 1.0) <= error[2] + (0.1 if follows else 0.02))
-    counts = share > 0.02
+    counts, model = share > 0.02, 0.02
+    if splash:
+        model = 0.2 if follows or current == "none" else {"uniform": 0.06, "stretched": 0.1}[current]
     assert counts[:2].all() == (current != "none" or splash)
-    assert np.all(np.abs(square - 1.0)[counts] <= error[3][counts] + (0.2 if follows else 0.06 if splash else 0.02))
+    assert np.all(np.abs(square - 1.0)[counts] <= error[3][counts] + model)
     assert np.all(error[2] < 0.06)
     assert np.all(error[3][counts] < (0.45 if current == "none" else 0.25))
     # What is left is the third power: without current and mean flow 1 - (8 / pi) / 3 of the variance of u|u|.
     if current == "none":
+        # In one direction; the surface and the pontoons leave a little more.
         np.testing.assert_allclose(rest[:2], 1.0 - 8.0 / (3.0 * np.pi), atol=0.02)
         assert rest.max() < 0.21
     else:

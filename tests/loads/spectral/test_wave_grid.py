@@ -46,7 +46,9 @@ def test_the_components_hold_the_energy_of_the_sea(step: float, height: float, p
     np.testing.assert_allclose(shares / shares.sum(), state.spread().share, rtol=1e-12)
     np.testing.assert_array_equal(grid.sea.heading.reshape(directions, -1).T[0], state.spread().heading)
     np.testing.assert_allclose(grid.frequency / step, np.round(grid.frequency / step), atol=1e-9)
-    np.testing.assert_allclose(grid.omega.reshape(directions, -1), np.tile(2.0 * np.pi * grid.frequency, (directions, 1)))
+    np.testing.assert_allclose(
+        grid.omega.reshape(directions, -1), np.tile(2.0 * np.pi * grid.frequency, (directions, 1))
+    )
 
 
 def test_the_lowest_waves_that_have_no_energy_are_left_out() -> None:
@@ -111,7 +113,7 @@ def test_equivalent_width_of_a_box_and_of_a_bell() -> None:
 def test_the_step_follows_the_width_and_the_number_of_directions() -> None:
     assert wave_step(waves()) <= WAVE_STEP
     narrow = replace(STATE, spectrum="jonswap", peak_period=18.0, peak_enhancement=7.0)
-    assert wave_step(waves(narrow)) == pytest.approx(equivalent_width(narrow) / 20.0)
+    assert equivalent_width(narrow) / 20.0 < wave_step(waves(narrow)) < min(equivalent_width(narrow) / 9.0, WAVE_STEP)
     many = replace(STATE, directions=9)
     assert len(wave_grid(waves(many), wave_step(waves(many))).root) <= MOST_COMPONENTS
     assert wave_step(waves(replace(STATE, directions=32))) == LONGEST_WAVE_STEP

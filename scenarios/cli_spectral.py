@@ -1,0 +1,197 @@
+"""The commands of the frequency domain: `tlpsim spectral`, `tlpsim compare` and `tlpsim sensitivity`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tlpsim.loads.errors import ScenarioError
+from tlpsim.scenarios.cli_options import Duration, Seed, Settings, interruptible, load
+
+ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
+Workers = Annotated[
+    int | None, typer.Option("--workers", metavar="N", help="Processes at a time; as many as cores without it.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
+
+
+def spectral(
+    scenario: ScenarioFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="The response with its spectra (HDF5).")
+    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
+) -> None:
+    """Analyse a scenario in the frequency domain: means, spreads, extremes, tensions and modes, in seconds."""
+    with interruptible(lambda: "interrupted; nothing was written"):
+        from tlpsim.scenarios.spectral import spectral_response
+        from tlpsim.scenarios.spectral_file import write_spectral
+        from tlpsim.scenarios.spectral_tables import print_response
+
+        chosen = load(scenario, duration, None, settings)
+        _require_writable(output)
+        response = spectral_response(chosen)
+        print_response(response, chosen.title, chosen.simulation.duration)
+        if output is not None:
+            write_spectral(response, chosen, output)
+            typer.echo(f"response: {output}")
+
+
+def compare(
+    scenario: ScenarioFile,
+    records: Annotated[int, typer.Option("--records", metavar="N", help="Records of the time domain.")] = 24,
+    duration: Duration = None,
+    seed: Seed = None,
+    settings: Settings = None,
+    cosimulation: Annotated[
+        bool, typer.Option("--cosimulation", help="Records by the scenario's FMUs, not by one loop.")
+    ] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="The comparison with its spectra (HDF5).")
+    ] = None,
+    paper: Annotated[bool, typer.Option("--paper", help="Table I of Li and Kareem (1990) beside ours.")] = False,
+    workers: Workers = None,
+    json: Json = False,
+) -> None:
+    """Analyse a scenario in both domains: the paper's Table I by each, extremes, and what they cost."""
+    with interruptible(lambda: "interrupted; nothing was written"):
+        from tlpsim.scenarios.compare import compare as analyse
+        from tlpsim.scenarios.compare import comparison_json, write_comparison
+        from tlpsim.scenarios.compare_tables import print_comparison
+        from tlpsim.scenarios.spectral_tables import case_bar
+
+        chosen = load(scenario, duration, seed, settings)
+        _require_writable(output)
+        with case_bar("records") as tell:
+            found = analyse(chosen, records, cosimulation=cosimulation, workers=workers, progress=tell)
+        if json:
+            typer.echo(comparison_json(found))
+        else:
+            print_comparison(found, paper)
+        if output is not None:
+            write_comparison(found, output)
+            typer.echo(f"comparison: {output}", err=json)
+
+
+def sensitivity(
+    scenario: ScenarioFile,
+    change: Annotated[str, typer.Option("--change", metavar="P", help="Up and down, as 10% or 0.1.")] = "10%",
+    turn: Annotated[str, typer.Option("--turn", metavar="B", help="The same of headings, degrees.")] = "10",
+    parameters: Annotated[
+        str | None,
+        typer.Option("--parameters", metavar="KEY,...", help="Keys to change, as in wind.speed,waves.peak_period."),
+    ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Mass and draught too, whose hydrodynamics take some 25 s a case.")
+    ] = False,
+    duration: Duration = None,
+    settings: Settings = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="All changes, .csv or .h5 (HDF5).")
+    ] = None,
+    figure: Annotated[Path | None, typer.Option("--figure", metavar="DIR", help="Folder for the figure.")] = None,
+    workers: Workers = None,
+    json: Json = False,
+) -> None:
+    """Change keys of the environment and of the platform up and down, and show what becomes of the response."""
+    with interruptible(lambda: "interrupted; nothing was written"):
+        from tlpsim.scenarios.quantities import HEADING, RATIO
+        from tlpsim.scenarios.sensitivity import sensitivity as study
+        from tlpsim.scenarios.sensitivity_output import (
+            draw_sensitivity,
+            print_sensitivity,
+            require_output,
+            sensitivity_json,
+            write_sensitivity,
+        )
+        from tlpsim.scenarios.spectral_tables import case_bar
+
+        chosen = load(scenario, duration, None, settings)
+        if everything and parameters is not None:
+            raise ScenarioError("--all adds to the default parameters: leave it out, and name the keys in --parameters")
+        if output is not None:
+            require_output(output)
+        _require_writable(output)
+        try:
+            part, degrees = RATIO.parse(change), HEADING.parse(turn)
+        except ValueError as error:
+            raise ScenarioError(f"--change {change}, --turn {turn}: {error}") from None
+        with case_bar("cases") as tell:
+            found = study(
+                chosen,
+                None if parameters is None else [name.strip() for name in parameters.split(",") if name.strip()],
+                change=part,
+                turn=degrees,
+                new_databases=everything,
+                workers=workers,
+                progress=tell,
+            )
+        if json:
+            typer.echo(sensitivity_json(found))
+        else:
+            print_sensitivity(found)
+        if output is not None:
+            write_sensitivity(found, output)
+            typer.echo(f"sensitivity: {output}", err=json)
+        if figure is not None:
+            for path in draw_sensitivity(figure, found):
+                typer.echo(path, err=json)
+
+
+def compare_figures(folder: Path, scenario: Path | None, settings: list[str] | None, comparison: Path | None) -> None:
+    """Draw a comparison that a file holds, or that is made of a scenario by 24 records.
+
+    Raises
+    ------
+    ScenarioError
+        When there is neither, or the file is of another scenario than the one given.
+    """
+    from tlpsim.scenarios.compare import compare as analyse
+    from tlpsim.scenarios.compare import read_comparison
+    from tlpsim.scenarios.compare_figures import draw_comparison
+    from tlpsim.scenarios.spectral_tables import case_bar
+
+    with interruptible(lambda: "interrupted; nothing was written"):
+        chosen = None if scenario is None else load(scenario, None, None, settings)
+        if comparison is not None:
+            found = read_comparison(comparison)
+            if chosen is not None and chosen.with_(simulation=dict(found.scenario.simulation)) != found.scenario:
+                raise ScenarioError(
+                    f"--comparison {comparison} is of another scenario than {scenario}, or of other settings: "
+                    "leave --scenario out, or compare again"
+                )
+        elif chosen is not None:
+            with case_bar("records") as tell:
+                found = analyse(chosen, progress=tell)
+        else:
+            raise ScenarioError("the figures 'compare' need a --comparison of `tlpsim compare -o`, or a --scenario")
+        for path in draw_comparison(folder, found):
+            typer.echo(path)
+
+
+def print_spectral_file(file: Path) -> bool:
+    """Print what a file of `tlpsim spectral` or `tlpsim compare` holds; False where it is neither."""
+    from tlpsim.scenarios import compare, spectral_file
+    from tlpsim.scenarios.compare_tables import print_comparison
+    from tlpsim.scenarios.schema import Scenario
+    from tlpsim.scenarios.spectral_tables import print_response
+
+    attributes = spectral_file.read_head(file)
+    form = attributes.get("format")
+    if form == spectral_file.FORMAT:
+        response, scenario = spectral_file.read_spectral(file), Scenario.from_json(str(attributes["scenario"]))
+        typer.echo(f"{file}: {form} of {attributes['created']}")
+        print_response(response, scenario.title, scenario.simulation.duration)
+    elif form == compare.FORMAT:
+        typer.echo(f"{file}: {form} of {attributes['created']}")
+        print_comparison(compare.read_comparison(file))
+    return form in (spectral_file.FORMAT, compare.FORMAT)
+
+
+def _require_writable(path: Path | None) -> None:
+    """Refuse, before anything is computed, an output that is a folder."""
+    if path is not None and path.is_dir():
+        raise ScenarioError(f"{path}: is a folder; give the name of a file")
