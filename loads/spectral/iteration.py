@@ -23,6 +23,7 @@ from tlpsim.loads.spectral.dynamics import (
     restoring_curvature,
     transfer,
 )
+from tlpsim.loads.spectral.group_damping import group_damping
 from tlpsim.loads.spectral.problem import GustsOnGrid, Problem, SeaOnGrid, acting_sea
 from tlpsim.loads.spectral.second_order import (
     SLOW_DRIFT,
@@ -47,6 +48,7 @@ LARGEST_ITERATION, LARGEST_ROUND = 200, 30
 
 _RELAXATION, _LEAST_SHARE = 0.7, 0.1  # of a new state in the next one
 _STALLED = 0.9  # ratio of two changes above which the share is lowered, by this factor
+_PARTS = 8  # of a step of the wave groups, over which a response is averaged
 _NOTHING = np.array([1e-4, 1e-7])  # m and rad, or a second: sizes below which there is nothing to converge
 _LOOSE, _INNER_SHARE = 1e-3, 0.1  # tolerances of orders 0 and 1 within the first and within later rounds
 SECOND_ORDER = "second order"
@@ -71,8 +73,11 @@ class State:
         Covariances of the platform's velocity and position, (6, 6).
     second_velocity, second_position
         What the second order has in them.
-    second_load
-        Its mean load beside those of the expansions, (6,) N, N·m, earth-fixed.
+    second_load, group_load
+        Its mean load beside those of the expansions, and that of damping that follows the wave groups, (6,) N, N·m,
+        earth-fixed.
+    group_damping
+        That damping, (6, 6), see `tlpsim.loads.spectral.group_damping`.
     """
 
     pose: FloatArray
@@ -85,16 +90,20 @@ class State:
     second_velocity: FloatArray
     second_position: FloatArray
     second_load: FloatArray
+    group_load: FloatArray
+    group_damping: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Expanded:
     """The platform, and the loads on it, linear about a state; loads by part are means, (6,) N, N·m, earth-fixed.
 
-    `curvature` is r'' of `tlpsim.loads.spectral.dynamics`, (6, 6, 6).
+    `drifting` is the platform as it answers slow drift, with damping that follows the wave groups, and `curvature` the
+    r'' of `tlpsim.loads.spectral.dynamics`, (6, 6, 6).
     """
 
     system: Dynamics
+    drifting: Dynamics
     curvature: FloatArray
     loads: Mapping[str, FloatArray]
     drag: viscous.Drag | None
@@ -133,6 +142,8 @@ def _start(problem: Problem) -> State:
         second_velocity=none,
         second_position=none,
         second_load=np.zeros(6),
+        group_load=np.zeros(6),
+        group_damping=none,
     )
     count = 0 if problem.sea is None else len(problem.sea.grid.root)
     rest = np.zeros((6, count), dtype=np.complex128)
@@ -158,7 +169,7 @@ def _expanded(problem: Problem, state: State, curvature: FloatArray) -> tuple[Ex
                 flow = current_velocity(waves.current, np.zeros(1))[0]
             damping = damping + waves.drift_damping
             loads["wave drift damping"] = waves.drift_damping[:, :3] @ flow
-        loads[SECOND_ORDER] = state.second_load
+        loads |= {SECOND_ORDER: state.second_load, "wave groups": state.group_load}
     if problem.gusts is not None:
         wind = linear_wind(problem.gusts.wind, float(state.pose[5]), problem.gusts.variance, state.relative)
         damping, yaw_slope = damping + wind.damping, wind.yaw_slope
@@ -169,7 +180,15 @@ def _expanded(problem: Problem, state: State, curvature: FloatArray) -> tuple[Ex
     extra = 0.5 * np.einsum("ijk,jk->i", curvature, state.position)
     pose = mean_pose(model.platform, load, yaw_slope, extra, state.pose)
     system = dynamics(model.platform, pose, load, yaw_slope, damping, stiffness)
-    found = Expanded(system=system, curvature=curvature, loads=loads, drag=drag, linear=linear, wind=wind)
+    found = Expanded(
+        system=system,
+        drifting=replace(system, damping=system.damping + system.loads @ state.group_damping),
+        curvature=curvature,
+        loads=loads,
+        drag=drag,
+        linear=linear,
+        wind=wind,
+    )
     return found, replace(state, pose=pose)
 
 
@@ -306,17 +325,41 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
     parts = second_order(sea, expanded, first, np.zeros((0, 6, 6)))
     load = sum((value for name, value in means(parts, sea.grid).items() if name in WITH_MEAN), np.zeros(6))
     found = spectra(whole(parts, sea.grid), sea.grid)
-    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * problem.frequency)
-    forces = found.difference.at(problem.frequency) + found.total.at(problem.frequency)
-    motion = response @ forces @ np.conj(np.swapaxes(response, 1, 2))
-    position = np.einsum("m,mij->ij", problem.weight, motion.real)
-    velocity = np.einsum("m,mij->ij", problem.weight * (2.0 * np.pi * problem.frequency) ** 2, motion.real)
+    rate = (2.0 * np.pi * problem.frequency) ** 2 * problem.weight
+    slow = _through(expanded.drifting, problem, found.difference.at(problem.frequency))
+    both = slow + _through(expanded.system, problem, found.total.at(problem.frequency))
+    damping, group_load = _group_damping(problem, expanded, np.einsum("m,mij->ij", rate, slow.real))
     return replace(
         state,
         second_load=np.linalg.solve(expanded.system.loads, load),
-        second_velocity=velocity,
-        second_position=position,
+        second_velocity=np.einsum("m,mij->ij", rate, both.real),
+        second_position=np.einsum("m,mij->ij", problem.weight, both.real),
+        group_load=group_load,
+        group_damping=damping,
     )
+
+
+def _through(system: Dynamics, problem: Problem, forces: ComplexArray) -> ComplexArray:
+    response = transfer(system, problem.memory, 2.0 * np.pi * problem.frequency)
+    return np.asarray(response @ forces @ np.conj(np.swapaxes(response, 1, 2)))
+
+
+def _group_damping(problem: Problem, expanded: Expanded, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Damping and load of wave groups, for the covariance (6, 6) of the slow velocity that waves make."""
+    sea = problem.groups
+    assert sea is not None
+    assert expanded.drag is not None
+    position, force = wave_motion(sea, problem, expanded)
+    first = FirstOrder(waves=position, force=force, gusts=None)
+    forces = whole(second_order(sea, expanded, first, np.zeros((0, 6, 6))), sea.grid).difference
+    relative, _ = viscous.relative_rows(sea.elements[0], sea.rows[0], position, sea.grid.omega)
+    middle = np.arange(len(sea.grid.frequency))[:, None]
+    omega = 2.0 * np.pi * sea.grid.step * (middle + (np.arange(_PARTS) + 0.5) / _PARTS - 0.5)
+    # Response at negative frequencies, in the step about zero, is the conjugate one.
+    found = transfer(expanded.drifting, problem.memory, np.abs(omega.ravel()))
+    found = np.where(omega.ravel()[:, None, None] < 0.0, np.conj(found), found) * 1j * omega.ravel()[:, None, None]
+    rates = found.reshape(*omega.shape, 6, 6).mean(axis=1)
+    return group_damping(expanded.drag, relative, forces, rates, variance, sea.grid)
 
 
 def converged(problem: Problem, tolerance: float) -> tuple[Expanded, FirstOrder, State, tuple[float, ...]]:

@@ -8,10 +8,10 @@ and fourth cumulants are the sum of those of two parts that are taken as indepen
 
 Eq. (2) holds the tethers' products of slow motion g, that of gusts and of the second order, with itself and with that
 of waves; the platform answers them as if they were static, which they are in heave, roll, pitch and tension. Each of
-the parts alone has linear terms, which have no third and fourth cumulants of their own.
+the parts alone has linear terms, which have no third and fourth cumulants of their own. Damping that follows the wave
+groups changes the third cumulant (`tlpsim.loads.spectral.group_damping`).
 
-The grid of the waves is finer than that of the iteration, so that it resolves the slow modes, and leaves out what has
-next to no energy. With many directions it is coarser again.
+The grid of the waves resolves their groups (`tlpsim.loads.spectral.problem`).
 """
 
 from __future__ import annotations
@@ -19,41 +19,26 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tlpsim.loads.spectral.bispectral import BispectralMatrix
+from tlpsim.loads.spectral import viscous
+from tlpsim.loads.spectral.bispectral import BispectralMatrix, difference_spectrum
 from tlpsim.loads.spectral.cumulants import QuadraticForm, beside, cumulants, from_waves
 from tlpsim.loads.spectral.dynamics import transfer
+from tlpsim.loads.spectral.group_damping import damping_matrices, third_cumulant_change
 from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, second_order, wave_motion
-from tlpsim.loads.spectral.problem import Problem, SeaOnGrid, acting_sea, sea_on_grid
-from tlpsim.loads.spectral.second_order import whole
+from tlpsim.loads.spectral.problem import SLOW_BAND, Problem, SeaOnGrid
+from tlpsim.loads.spectral.second_order import EvenSpectrum, whole
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-MOST_COMPONENTS = 200
-"""of the waves' grid, over all directions: cumulants are within 5e-3 of those with twice as many."""
-ENERGY_OUTSIDE = 1e-3
-"""Part of the waves' energy that may be left out on either side."""
 _ROUNDING = 1e-12
-
-
-def _sea(problem: Problem) -> SeaOnGrid | None:
-    """The waves on a grid of at most `MOST_COMPONENTS`."""
-    sea = acting_sea(problem)
-    if sea is None:
-        return None
-    grid = sea.grid
-    energy = np.cumsum(np.sum(grid.root.reshape(grid.order, -1) ** 2, axis=0))
-    low, high = np.searchsorted(energy / energy[-1], [ENERGY_OUTSIDE, 1.0 - ENERGY_OUTSIDE])
-    low, high = max(int(low) - 1, 0), min(int(high) + 1, len(grid.frequency) - 1)
-    band = float(grid.frequency[low]), float(grid.frequency[high])
-    step = (band[1] - band[0]) * grid.order / MOST_COMPONENTS
-    return sea_on_grid(sea.waves, min(step, grid.step), band=band)
 
 
 def higher_cumulants(
     problem: Problem,
     expanded: Expanded,
-    motion: tuple[FloatArray, FloatArray],
+    frequency: FloatArray,
+    motion: tuple[ComplexArray, ComplexArray],
     rows: FloatArray,
     curvatures: FloatArray,
 ) -> FloatArray:
@@ -61,8 +46,8 @@ def higher_cumulants(
 
     Parameters
     ----------
-    motion
-        Covariances of slow motion and of the first-order motion of waves, (6, 6) each.
+    frequency, motion
+        Even from zero, (m,) Hz, and cross-spectra of slow motion and of the first-order motion of waves, (m, 6, 6).
     rows
         c, (n, 6).
     curvatures
@@ -70,9 +55,9 @@ def higher_cumulants(
     """
     static = np.real(transfer(expanded.system, problem.memory, np.zeros(1))[0])
     bent = curvatures - np.einsum("ni,ij,jkl->nkl", rows, static, expanded.curvature)
-    slow, fast = (_root(each) for each in motion)
+    slow, fast = (_root(frequency[1] * each.real.sum(axis=0)) for each in motion)
     result = np.stack([_of_slow_motion(row, curve, slow, fast) for row, curve in zip(rows, bent, strict=True)])
-    sea = _sea(problem)
+    sea = problem.groups
     if sea is None:
         return result
     position, force = wave_motion(sea, problem, expanded)
@@ -84,7 +69,32 @@ def higher_cumulants(
         whole_row = np.concatenate([row, np.eye(len(kinds))[number.ravel()[n]]])
         difference, total = (np.tensordot(whole_row, kernel, axes=1) for kernel in kernels)
         result[n] += _third_and_fourth(from_waves(row @ position, difference, total, sea.grid.step))
+    result[:, 0] += _of_group_damping(problem, expanded, matrices, position, frequency, motion[0], rows)
     return result
+
+
+def _of_group_damping(
+    problem: Problem,
+    expanded: Expanded,
+    matrices: BispectralMatrix,
+    position: ComplexArray,
+    frequency: FloatArray,
+    motion: ComplexArray,
+    rows: FloatArray,
+) -> FloatArray:
+    """Change of the third cumulants by damping that follows the wave groups, (n,)."""
+    sea = problem.groups
+    assert sea is not None
+    assert expanded.drag is not None
+    relative, _ = viscous.relative_rows(sea.elements[0], sea.rows[0], position, sea.grid.omega)
+    damping = damping_matrices(expanded.drag, relative, sea.grid)
+    both = np.concatenate([matrices.difference[:6], damping])
+    joint = BispectralMatrix(frequency=sea.grid.frequency, difference=both, total=both)
+    below = frequency <= SLOW_BAND
+    chosen = frequency[below]
+    cross = EvenSpectrum(first=0.0, step=sea.grid.step, values=difference_spectrum(joint)[1]).at(chosen)[:, :6, 6:]
+    response = transfer(expanded.drifting, problem.memory, 2.0 * np.pi * chosen)
+    return third_cumulant_change(rows, chosen, response, cross, motion[below])
 
 
 def _root(covariance: FloatArray) -> FloatArray:
@@ -112,7 +122,7 @@ def _responses(
     frequency, order = sea.grid.frequency, sea.grid.order
     count = len(frequency)
     ups = np.round((frequency[:, None] - frequency) / sea.grid.step).astype(np.int64)
-    slow = transfer(expanded.system, problem.memory, 2.0 * np.pi * sea.grid.step * np.arange(count))
+    slow = transfer(expanded.drifting, problem.memory, 2.0 * np.pi * sea.grid.step * np.arange(count))
     both = np.concatenate([np.conj(slow[:0:-1]), slow])  # negative differences first
     sums = 2.0 * frequency[0] + sea.grid.step * np.arange(2 * count - 1)
     fast = transfer(expanded.system, problem.memory, 2.0 * np.pi * sums)

@@ -138,6 +138,7 @@ def _evaluated(
     model, system, sea = problem.model, expanded.system, acting_sea(problem)
     frequency = step * np.arange(round(problem.frequency[-1] / step) + 1)
     response = transfer(system, problem.memory, 2.0 * np.pi * frequency)
+    drifting = transfer(expanded.drifting, problem.memory, 2.0 * np.pi * frequency)
     asked = outputs(model, system.pose)
     waves, elevation = _waves(problem, expanded, frequency)
     parts: dict[str, ComplexArray] = {}
@@ -152,7 +153,7 @@ def _evaluated(
     if sea is not None and second is not None:
         parts["waves"] = first
         for name, each in _spectra(second, sea).items():
-            low = _through(each.difference.at(frequency), response)
+            low = _through(each.difference.at(frequency), drifting)
             both = low + _through(each.total.at(frequency), response)
             parts[name] = both[:, :6, :6].copy()
         # The last one is that of all parts.
@@ -162,8 +163,7 @@ def _evaluated(
     parts[PRODUCTS] = products[:, :6, :6]
     found += products
     evaluated = time.perf_counter()
-    motion = step * slow.real.sum(axis=0), step * first.real.sum(axis=0)
-    shapes = higher_cumulants(problem, expanded, motion, *asked.forms)
+    shapes = higher_cumulants(problem, expanded, frequency, (slow, first), *asked.forms)
     return SpectralResponse(
         frequency=frequency,
         quantities=quantities(asked, model, system, frequency, found, state, (waves, elevation), shapes),

@@ -303,7 +303,7 @@ def wave_loads(linear: LinearDrag, under: DragRows, surface: DragRows) -> Comple
 
 def viscous_products(drag: Drag, relative: ComplexArray) -> Products:
     """Quadratic terms of the strips, eq. (3)."""
-    return _squares(_loads(drag.strips, drag.steady.quadratic), relative)
+    return squares(_loads(drag.strips, drag.steady.quadratic), relative)
 
 
 def following_products(drag: Drag, elevation: ComplexArray, rows: DragRows) -> Products:
@@ -321,14 +321,14 @@ def splash_products(drag: Drag, relative: ComplexArray, elevation: ComplexArray)
     surface, piercing = drag.surface, drag.piercing
     rise = drag.rise[:, None, None, None]
     square = 3.0 * np.einsum("sabcd,sd->sabc", piercing.cubic, drag.cross) + rise * piercing.quadratic
-    found = _squares(_loads(surface, square), relative)
+    found = squares(_loads(surface, square), relative)
     weights = _loads(surface, piercing.linear)
     for axis in range(2):
         found = joined(found, Products(elevation, relative[:, axis], weights[:, :, axis].T))
     return found
 
 
-def _squares(weights: FloatArray, relative: ComplexArray) -> Products:
+def squares(weights: FloatArray, relative: ComplexArray) -> Products:
     """Products of both velocities of each element for weights (s, 6, 2, 2)."""
     if not np.any(weights):
         return no_products(relative.shape[2])
