@@ -7,8 +7,8 @@ inputs of `INPUTS` are changed until all 18 cells come as near to the paper's as
 
     log(cell / nearer of the paper's two columns), zero between the two                                  (1)
 
-from an environment that another program was fitted with. Different inputs lead to nearly the same table, so that what is found is one environment
-among others. Mass and centre of gravity stay, since the hull's hydrodynamics depend on them. The script prints the
+from an environment that another program was fitted with. Different inputs lead to nearly the same table, so that what
+is found is one environment among others. Mass and centre of gravity stay, since the hull's hydrodynamics depend on them. The script prints the
 table, and the lines that a scenario needs.
 """
 
@@ -22,7 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tlpsim.loads.issc_tlp import DRAUGHT
+from tlpsim.loads.bem.database import cache_path
+from tlpsim.loads.bem.issc import issc_problem
+from tlpsim.loads.issc_tlp import DRAUGHT, Hull
 from tlpsim.scenarios.paper import TABLE_I
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.spectral import spectral_response
@@ -124,10 +126,19 @@ def distances(found: FloatArray) -> FloatArray:
     return np.asarray(np.log(np.where(size < low, size / low, np.where(size > high, size / high, 1.0)))).ravel()
 
 
+def _with_one_database(base: Scenario) -> Scenario:
+    """The scenario with its hydrodynamics as they are, at whatever depth of the deep water."""
+    spectral_response(base)  # makes the database
+    site, platform = base.site, base.platform
+    hull = Hull(mass=platform.mass, centre_of_gravity=platform.centre_of_gravity)
+    path = cache_path(issc_problem(site.water_depth, site.water_density, site.gravity, hull))
+    return base.with_(platform={"hydrodynamics": str(path)})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=12, help="of the fit")
-    base, rounds = Scenario.load(FILE), parser.parse_args().rounds
+    base, rounds = _with_one_database(Scenario.load(FILE)), parser.parse_args().rounds
 
     def residual(values: FloatArray) -> FloatArray:
         found = distances(cells(scenario(base, values)))

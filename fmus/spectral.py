@@ -13,15 +13,14 @@ import numpy as np
 from tlpsim.fmus.current import current_of
 from tlpsim.fmus.wave_fmu import (
     drift_damping,
+    drift_source,
     hull_members,
-    newman_mean,
-    quadratic_table,
     sea_state,
     wave_database,
 )
 from tlpsim.fmus.wind_fmu import wind_gusts, wind_profile, wind_segments
 from tlpsim.loads.hydro.diffraction import excitation
-from tlpsim.loads.hydro.drift import newman_kernel, quadratic_kernel
+from tlpsim.loads.hydro.drift import newman_kernel
 from tlpsim.loads.spectral.model import SpectralWaves, SpectralWind
 from tlpsim.loads.wind.field import gust_spectrum
 from tlpsim.loads.wind.segments import default_segments
@@ -31,12 +30,9 @@ Parameter = Callable[[str], Any]
 
 def spectral_waves(parameter: Parameter) -> SpectralWaves:
     """Waves and current from the wave FMU's parameters."""
-    database, table = wave_database(parameter), quadratic_table(parameter)
-    mean, kernel = newman_mean(parameter), None
-    if table is not None:
-        kernel = quadratic_kernel(table)
-    elif database is not None and mean is not None:
-        kernel = newman_kernel(database, mean)
+    database = wave_database(parameter)
+    source = drift_source(parameter, database)
+    kernel = newman_kernel(*source) if isinstance(source, tuple) else source
     damped = kernel is not None and database is not None
     return SpectralWaves(
         state=sea_state(parameter),

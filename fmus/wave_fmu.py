@@ -16,6 +16,7 @@ from tlpsim.fmus.version import built_version  # noqa: E402
 built_version(Path(__file__).parent)  # before the imports that another version may not have
 
 from collections.abc import Callable, Mapping  # noqa: E402
+from dataclasses import replace  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -42,7 +43,9 @@ from tlpsim.loads.errors import ScenarioError  # noqa: E402
 from tlpsim.loads.filters.arma import Orders  # noqa: E402
 from tlpsim.loads.filters.process import ProcessState  # noqa: E402
 from tlpsim.loads.hydro.diffraction import band_of_energy, excitation, require_coverage, require_site  # noqa: E402
+from tlpsim.loads.hydro.displaced_drift import quadratic_kernel_without, without_displaced_position  # noqa: E402
 from tlpsim.loads.hydro.drift import (  # noqa: E402
+    Kernel,
     mean_drift_force,
     mean_quadratic_force,
     quadratic_kernel,
@@ -101,10 +104,27 @@ def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
 
 def _drift(parameter: Callable[[str], Any], database: HydrodynamicDatabase | None, sea: Sea) -> DriftFilters | None:
     """Filters of the slow drift; None for no slow drift."""
-    if (table := quadratic_table(parameter)) is not None:
-        return quadratic_filters(quadratic_kernel(table), sea, sea_state(parameter))
-    mean = newman_mean(parameter)
-    return None if database is None or mean is None else newman_filters(database, sea, mean)
+    source = drift_source(parameter, database)
+    if isinstance(source, tuple):
+        return newman_filters(source[0], sea, source[1])
+    return None if source is None else quadratic_filters(source, sea, sea_state(parameter))
+
+
+def drift_source(
+    parameter: Callable[[str], Any], database: HydrodynamicDatabase | None
+) -> Kernel | tuple[HydrodynamicDatabase, str] | None:
+    """What slow drift is made of: T of a table, or a database and Newman's mean; None for no slow drift.
+
+    Where first-order forces are taken at the displaced position, it is without what these make.
+    """
+    table, mean, moving = quadratic_table(parameter), newman_mean(parameter), None
+    if parameter("displaced_position") and database is not None:
+        moving = replace(database, depth=parameter("water_depth"), gravity=parameter("gravity"))
+    if table is not None:
+        return quadratic_kernel(table) if moving is None else quadratic_kernel_without(table, moving)
+    if database is None or mean is None:
+        return None
+    return database if moving is None else without_displaced_position(moving), mean
 
 
 def drift_damping(parameter: Callable[[str], Any], database: HydrodynamicDatabase) -> NDArray[np.float64] | None:

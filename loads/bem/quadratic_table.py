@@ -33,7 +33,14 @@ from tlpsim.loads.bem.convergence import limit, resolved_share
 from tlpsim.loads.bem.database import Problem
 from tlpsim.loads.bem.discretization import Discretization, discretize
 from tlpsim.loads.bem.quadratic import FORMS, quadratic_part
-from tlpsim.loads.bem.quadratic_transfer import QUADRATIC_PART, QuadraticTransfer, adjoint, require_frequencies
+from tlpsim.loads.bem.quadratic_transfer import (
+    FIXED_BODY,
+    MOVING_BODY,
+    QUADRATIC_PART,
+    QuadraticTransfer,
+    adjoint,
+    require_frequencies,
+)
 from tlpsim.loads.bem.response import response_amplitudes
 from tlpsim.loads.bem.solver import solve
 from tlpsim.loads.bem.surface import Hull, SurfaceFields, hull_surface, surface_fields
@@ -106,7 +113,7 @@ def quadratic_table(
     for rough in coarse:
         share = resolved_share(problem.coarse, numbers)  # type: ignore[arg-type]
         fine = limit(fine, rough, np.minimum(share[:, None], share)[..., None]).value
-    body_moves = "moving" if problem.mass is not None else "fixed"
+    body = FIXED_BODY if problem.mass is None else MOVING_BODY
     return QuadraticTransfer(
         omega=omega,
         heading=np.atleast_1d(np.asarray(problem.heading, dtype=np.float64)),
@@ -114,7 +121,7 @@ def quadratic_table(
         depth=problem.depth,
         density=problem.density,
         gravity=problem.gravity,
-        contents=f"{QUADRATIC_PART}; {body_moves} body '{problem.mesh.name}', form '{form}'",
+        contents=f"{QUADRATIC_PART}; {body} '{problem.mesh.name}', form '{form}'",
     )
 
 

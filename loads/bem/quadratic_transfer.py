@@ -42,6 +42,8 @@ CONVENTIONS = {
 """Attributes of every file."""
 QUADRATIC_PART = "quadratic part: products of first-order quantities; the potential of second order is left out"
 """What `tlpsim bem --qtf` computes."""
+MOVING_BODY, FIXED_BODY = "moving body", "fixed body"
+"""What it tells of the body, after a semicolon."""
 
 LARGEST_ASYMMETRY = 0.02
 """Of T_ij - T_ji*, relative to the largest T of a component, above which a table is refused."""
@@ -140,6 +142,11 @@ def of_one_heading(table: QuadraticTransfer) -> ComplexArray:
 def mean_drift_of(table: QuadraticTransfer) -> FloatArray:
     """The diagonal T_ii, which is the mean drift a unit amplitude squared, (h, n, 6)."""
     return np.asarray(np.einsum("hii...->hi...", of_one_heading(table)).real)
+
+
+def is_of_fixed_body(table: QuadraticTransfer) -> bool:
+    """Whether the contents say that the body is held fixed. Of other codes' tables, which do not tell, it moves."""
+    return table.contents.startswith(f"{QUADRATIC_PART}; {FIXED_BODY} ")
 
 
 def largest_values(table: QuadraticTransfer) -> FloatArray:

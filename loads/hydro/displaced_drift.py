@@ -12,7 +12,7 @@ whose slow part, a_m and a_n the amplitudes of two waves, is the quadratic force
     D = T_mm = ½ Σ_c Re(ξ_c g_c*)                                                                          (3)
 
 The mean drift of a hull that moves in the waves, and its quadratic transfer function, hold that very product. Beside
-loads at the displaced position they are taken without it: D of the database less eq. (3), and T of a table less eq. (2),
+loads at the displaced position they are taken without it: D of the database less eq. (3), T of a table less eq. (2),
 with the motions of the database, those of its potentials. The sum of both is the whole drift. Of Newman's approximation
 only what is left of D is approximate, and the product has all its difference frequencies and phases. Where the platform
 moves otherwise than in the database, by drag or other tethers, the product is that of its own motion.
@@ -22,8 +22,9 @@ eq. (2) is averaged in the same way before it is taken out, so that here too onl
 
 The drift of a hull that is held fixed has no such product. It is that of a database without response amplitudes
 (`tlpsim.loads.bem.database`), also of an imported one that tells none, and of a table that says so; both stay as they
-are. The mean drift stays whole for the static equilibrium and for wave drift damping. In surge, sway and yaw alone, as
-from the far field, the product of the other three is in no drift, and nothing is taken out there.
+are. The mean drift stays whole for the static equilibrium and for wave drift damping. Where a component of the drift is
+not known, as heave, roll and pitch by the far field or a component of a table that is zero throughout, nothing is taken
+out.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase
-from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer, is_of_fixed_body
+from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer, is_of_fixed_body, largest_values
 from tlpsim.loads.constants import HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.diffraction import excitation_transfer
@@ -126,7 +127,9 @@ def displaced_kernel(database: HydrodynamicDatabase) -> Kernel:
     moving = replace(database, excitation_force=amplitude)  # motions have the symmetry of forces
 
     def motion_and_gradient(waves: Waves, component: int) -> tuple[ComplexArray, ComplexArray]:
-        motion, force = (excitation_transfer(each, *waves, database.depth, database.gravity) for each in (moving, database))
+        motion, force = (
+            excitation_transfer(each, *waves, database.depth, database.gravity) for each in (moving, database)
+        )
         return motion[:2], _gradient(force[component], *waves, database)
 
     def kernel(first: Waves, second: Waves, component: int) -> ComplexArray:
@@ -171,4 +174,10 @@ def quadratic_kernel_without(table: QuadraticTransfer, database: HydrodynamicDat
     part = displaced_kernel(database)
     if table.transfer.ndim == 4:
         part = _of_one_heading(part)
-    return lambda first, second, component: whole(first, second, component) - part(first, second, component)
+    told = largest_values(table) > 0.0
+
+    def kernel(first: Waves, second: Waves, component: int) -> ComplexArray:
+        found = whole(first, second, component)
+        return found - part(first, second, component) if told[component] else found
+
+    return kernel

@@ -164,8 +164,8 @@ def mean_pose(
         if np.abs(change).max(initial=0.0) <= 1e-10 * max(1.0, float(np.abs(pose).max())):
             return pose
     raise SolverError(
-        f"frequency domain: the platform finds no mean position under the mean load {load} (N, N·m): lower the loads, "
-        "or check pretension and tendons"
+        f"frequency domain: the platform finds no mean position under the mean load {load} (N, N·m) and what "
+        f"fluctuations add, {-extra}: lower the loads, or check pretension and tendons"
     )
 
 

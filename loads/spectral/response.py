@@ -17,6 +17,7 @@ spectrum of a force.
 from __future__ import annotations
 
 import time
+import warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,8 @@ STEPS_IN_WIDTH = 1.5
 """Steps in half of the width of a mode, damping ratio over period."""
 SHORTEST_STEP = 2e-5
 """Hz, enough for 0.3 % of critical damping at a period of 100 s."""
+SLACK = 3.0
+"""Mean tension in standard deviations, below which a tendon is likely to slacken."""
 _NEARLY = 0.9  # of a step, below which it is worth to begin again
 ALL_SECOND_ORDER = "all second order"
 PRODUCTS = "products"
@@ -86,10 +89,33 @@ def respond(model: SpectralModel, *, step: float = FREQUENCY_STEP, tolerance: fl
         If the current stops a wave, or a parameter is out of range.
     SolverError
         When there is no mean position, no stationary response, or the iteration does not converge.
+
+    Warns
+    -----
+    RuntimeWarning
+        When a tendon is likely to slacken, which the expansion does not know.
     """
     # Matrices are small, and threads cost more than they bring.
     with threadpool_limits(1):
-        return _respond(model, step, tolerance)
+        found = _respond(model, step, tolerance)
+    _warn_of_slack(found)
+    return found
+
+
+def _warn_of_slack(response: SpectralResponse) -> None:
+    margins = {
+        each.name: each.mean / each.spread()
+        for each in response.quantities.values()
+        if each.name.startswith("tendon_") and each.spread() > 0.0
+    }
+    name = min(margins, key=lambda key: margins[key], default="")
+    if name and margins[name] < SLACK:
+        warnings.warn(
+            f"frequency domain: {name} has a mean of {margins[name]:.2g} times its standard deviation, less than "
+            f"{SLACK:g}: the tendon slackens, which is left out here; take the time domain",
+            RuntimeWarning,
+            stacklevel=3,
+        )
 
 
 def _respond(model: SpectralModel, step: float, tolerance: float) -> SpectralResponse:

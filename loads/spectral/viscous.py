@@ -331,7 +331,7 @@ def splash_products(drag: Drag, relative: ComplexArray, elevation: ComplexArray)
 def squares(weights: FloatArray, relative: ComplexArray) -> Products:
     """Products of both velocities of each element for weights (s, 6, 2, 2)."""
     if not np.any(weights):
-        return no_products(relative.shape[2])
+        return no_products(relative.shape[2], weights.shape[1])
     first, second = relative[:, 0], relative[:, 1]
     return Products(
         np.concatenate([first, first, second]),

@@ -202,8 +202,8 @@ def _of_heading(database: HydrodynamicDatabase, k: int) -> dict[str, Any]:
 
 
 def test_mean_force_is_the_mean_of_drift_and_current() -> None:
-    """Mean of Newman's filters over a long record, without the current's drag at rest."""
-    storm = DEFAULTS | {"heading": 0.4, "generator": "harmonic"}
+    """Mean of Newman's filters over a long record, whole beside waves at the origin, without the current's drag."""
+    storm = DEFAULTS | {"heading": 0.4, "generator": "harmonic", "displaced_position": False}
     expected = mean_force(storm.__getitem__)
     loads, rest = wave_model(storm.__getitem__), np.zeros(6)
     sampled = np.mean([loads.evaluate(10.0 * k, rest, rest).drift for k in range(4000)], axis=0)
@@ -212,6 +212,40 @@ def test_mean_force_is_the_mean_of_drift_and_current() -> None:
     current = mean_force((DEFAULTS | {"significant_height": 0.0, "current_speed": 0.5}).__getitem__)
     both = mean_force((storm | {"current_speed": 0.5}).__getitem__)
     np.testing.assert_allclose(both, expected + current, rtol=1e-12, atol=1e-3)
+
+
+@pytest.mark.parametrize("drift", ["newman", "newman_geometric", "qtf"])
+def test_the_displaced_position_does_not_bring_drift_again(drift: str, tmp_path: Path) -> None:
+    """Moving as in the database, a realization has the mean of the whole drift wherever the waves are taken."""
+    database = issc_database()
+    assert database.response_amplitude is not None
+    storm: dict[str, Any] = {"drift": drift, "generator": "harmonic", "components": 60, "heading": np.radians(22.5)}
+    storm["significant_height"] = 1.0  # for little of the fourth order, a tenth of the yaw of 7 m
+    if drift == "qtf":
+        write_quadratic_transfer(newman_table(database, 6), tmp_path / "newman.h5")
+        storm["quadratic_transfer"] = str(tmp_path / "newman.h5")
+    displaced, plain = (model(**storm, displaced_position=on) for on in (True, False))
+    motions = dataclasses.replace(database, excitation_force=database.response_amplitude)
+    response = excitation_transfer(motions, plain.sea.angular_frequency, plain.sea.heading, 450.0)
+    forces, position, rest = [], np.zeros(6), np.zeros(6)
+    for time in 3.13 * np.arange(20000):
+        position[:2] = (response[:2] @ plain.sea.amplitudes(time)).real
+        one, other = displaced.evaluate(time, position, rest), plain.evaluate(time, rest, rest)
+        forces.append([one.diffraction - other.diffraction, one.drift, other.drift])
+    added, left, whole = np.mean(forces, axis=0)[:, [0, 1, 5]]
+    assert abs(added[2]) > 0.3 * abs(whole[2])  # of yaw much is that of the displaced position
+    # Differences of the components average out over some 60 000 s.
+    np.testing.assert_allclose(added + left, whole, rtol=0.01)
+
+
+def newman_table(database: HydrodynamicDatabase, k: int) -> QuadraticTransfer:
+    """Newman's approximation of a database's heading k."""
+    mean = np.zeros((len(database.omega), 6))
+    mean[:, [0, 1, 5]] = database.mean_drift[k]
+    transfer = 0.5 * (mean[None, :, None] + mean[None, None])
+    return QuadraticTransfer(
+        omega=database.omega, heading=database.heading[k : k + 1], transfer=transfer.astype(np.complex128)
+    )
 
 
 QTF_OMEGA = np.linspace(0.1, 2.4, 47)
@@ -264,7 +298,7 @@ def test_drift_is_the_double_sum_of_the_transfer_function(qtf: dict[str, Any]) -
 
 
 def test_mean_of_the_transfer_function_is_that_of_its_diagonal(qtf: dict[str, Any]) -> None:
-    loads, rest = model(**qtf), np.zeros(6)
+    loads, rest = model(**qtf, displaced_position=False), np.zeros(6)
     frequency = np.linspace(1e-3, 0.35, 5000)
     omega = 2.0 * np.pi * frequency
     diagonal = surge_and_yaw(omega, omega).real.T
@@ -279,17 +313,10 @@ def test_mean_of_the_transfer_function_is_that_of_its_diagonal(qtf: dict[str, An
 
 
 def test_newmans_approximation_as_a_transfer_function_is_newmans(tmp_path: Path) -> None:
-    database = issc_database()
-    mean = np.zeros((len(database.omega), 6))
-    mean[:, [0, 1, 5]] = database.mean_drift[0]
-    table = QuadraticTransfer(
-        omega=database.omega,
-        heading=database.heading[:1],
-        transfer=0.5 * (mean[None, :, None] + mean[None, None]).astype(np.complex128),
-    )
-    write_quadratic_transfer(table, tmp_path / "newman.h5")
+    write_quadratic_transfer(newman_table(issc_database(), 0), tmp_path / "newman.h5")
     change = {"drift": "qtf", "quadratic_transfer": str(tmp_path / "newman.h5")}
-    newman, other, rest = model(), model(**change), np.zeros(6)
+    newman, other = (model(**each, displaced_position=False) for each in ({}, change))
+    rest = np.zeros(6)
     forces = np.array([[each.evaluate(3.0 * k, rest, rest).drift for k in range(300)] for each in (newman, other)])
     np.testing.assert_allclose(forces[1], forces[0], atol=0.005 * forces[0].std(axis=0).max())
     means = [mean_force((DEFAULTS | each).__getitem__) for each in ({}, change)]

@@ -300,3 +300,19 @@ def test_a_file_gives_the_same_model_as_its_settings(tmp_path: Path) -> None:
     assert model.step == 0.25
     assert model.points.shape == (2, 3)
     np.testing.assert_array_equal(model.tendons, np.arange(1, 13))
+
+
+def test_the_displaced_position_does_not_bring_drift_again() -> None:
+    """Slow yaw is that of the drift alone, in which the motion of the waves is; twice it would be six tenths more."""
+    both, drift, alone, neither = (
+        response(f"waves.drift={name}", f"waves.displaced_position={on}")
+        for name in ("newman", "none")
+        for on in ("true", "false")
+    )
+    yaw = [each.contributions["all second order"][:, 5] for each in (both, drift, alone, neither)]
+    slow = both.frequency < 0.022
+    one, other, third, least = (np.sqrt(np.trapezoid(each[slow], both.frequency[slow])) for each in yaw)
+    assert min(other, third) > 5.0 * least
+    # The product has phases between two frequencies that Newman's approximation leaves out.
+    assert one == pytest.approx(other, rel=0.1)
+    assert spread(both, "yaw", 0.0, 0.022) == pytest.approx(spread(drift, "yaw", 0.0, 0.022), rel=0.05)

@@ -13,7 +13,7 @@ from tlpsim.loads.spectral.cumulants import cumulants, from_waves
 from tlpsim.loads.spectral.dynamics import transfer
 from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, converged, second_order, wave_motion
 from tlpsim.loads.spectral.model import SpectralModel, SpectralWaves
-from tlpsim.loads.spectral.non_gaussian import MOST_COMPONENTS, _sea, higher_cumulants
+from tlpsim.loads.spectral.non_gaussian import higher_cumulants
 from tlpsim.loads.spectral.outputs import outputs
 from tlpsim.loads.spectral.problem import Problem, prepared
 from tlpsim.loads.spectral.second_order import whole
@@ -21,7 +21,8 @@ from tlpsim.loads.waves.current import uniform_current
 from tlpsim.loads.waves.sea import SeaState
 
 STATE = SeaState(spectrum="pierson_moskowitz", significant_height=7.0, peak_period=13.0, heading=0.4, water_depth=450.0)
-NOTHING = np.zeros((6, 6))
+FREQUENCY = 1e-3 * np.arange(121)
+NOTHING = np.zeros((121, 6, 6), dtype=np.complex128)
 
 
 def kernel(first: Waves, second: Waves, component: int) -> np.ndarray:
@@ -50,18 +51,20 @@ def test_waves_alone_by_the_matrices_of_the_response(directions: int) -> None:
     problem, expanded = solved(directions)
     asked = outputs(problem.model, expanded.system.pose)
     rows, curvatures = asked.forms
-    found = higher_cumulants(problem, expanded, (NOTHING, NOTHING), rows, curvatures)
-    sea = _sea(problem)
+    found = higher_cumulants(problem, expanded, FREQUENCY, (NOTHING, NOTHING), rows, curvatures)
+    sea = problem.groups
     assert sea is not None
-    assert len(sea.grid.root) <= 1.02 * MOST_COMPONENTS + directions
     position, force = wave_motion(sea, problem, expanded)
     first = FirstOrder(waves=position, force=force, gusts=None)
     forces = whole(second_order(sea, expanded, first, asked.curvatures), sea.grid)
     operators = []
-    for frequency in (forces.difference_frequency, forces.total_frequency):
+    for frequency, system in (
+        (forces.difference_frequency, expanded.drifting),
+        (forces.total_frequency, expanded.system),
+    ):
         size = 6 + len(asked.curvatures)
         operator = np.zeros((len(frequency), size, size), dtype=np.complex128)
-        operator[:, :6, :6] = transfer(expanded.system, problem.memory, 2.0 * np.pi * frequency)
+        operator[:, :6, :6] = transfer(system, problem.memory, 2.0 * np.pi * frequency)
         operator[:, np.arange(6, size), np.arange(6, size)] = 1.0
         operators.append(operator)
     motion = forces.through(*operators)
@@ -84,7 +87,7 @@ def test_waves_alone_by_the_matrices_of_the_response(directions: int) -> None:
 def test_slow_motion_and_waves_in_the_tethers_by_samples() -> None:
     """Eq. (2) of the module with normal motions of both kinds: third and fourth cumulants of half a million samples."""
     problem, expanded = solved(1)
-    calm = replace(problem, sea=None)
+    calm = replace(problem, sea=None, groups=None)
     asked = outputs(problem.model, expanded.system.pose)
     rows, curvatures = asked.forms
     rng = np.random.default_rng(12)
@@ -92,7 +95,10 @@ def test_slow_motion_and_waves_in_the_tethers_by_samples() -> None:
         rng.normal(size=(6, 6)) * np.array([size, size, 0.02, 1e-4, 1e-4, 5e-3])[:, None] / 2.0 for size in (4.0, 1.0)
     ]
     covariances = [root @ root.T for root in roots]
-    found = higher_cumulants(calm, expanded, (covariances[0], covariances[1]), rows, curvatures)
+    # Any spectra of these covariances do: they are summed over the frequencies.
+    share = np.exp(-FREQUENCY / 0.02)[:, None, None] / np.sum(np.exp(-FREQUENCY / 0.02)) / FREQUENCY[1]
+    motion = share * covariances[0] + 0j, share * covariances[1] + 0j
+    found = higher_cumulants(calm, expanded, FREQUENCY, motion, rows, curvatures)
     static = np.real(transfer(expanded.system, problem.memory, np.zeros(1))[0])
     g, x = (root @ rng.normal(size=(6, 500_000)) for root in roots)
     for n in (2, 3, 4, 6, 8):
@@ -110,5 +116,6 @@ def test_slow_motion_and_waves_in_the_tethers_by_samples() -> None:
 def test_calm_water_and_no_motion_have_no_cumulants() -> None:
     problem, expanded = solved(1)
     rows, curvatures = outputs(problem.model, expanded.system.pose).forms
-    found = higher_cumulants(replace(problem, sea=None), expanded, (NOTHING, NOTHING), rows, curvatures)
+    calm = replace(problem, sea=None, groups=None)
+    found = higher_cumulants(calm, expanded, FREQUENCY, (NOTHING, NOTHING), rows, curvatures)
     np.testing.assert_array_equal(found, np.zeros((10, 2)))

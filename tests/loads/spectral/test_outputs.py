@@ -62,6 +62,8 @@ def found(given: SpectralModel) -> tuple[Outputs, dict[str, Quantity], NDArray[n
         second_velocity=none,
         second_position=none,
         second_load=np.zeros(6),
+        group_load=np.zeros(6),
+        group_damping=none,
     )
     system = dynamics(given.platform, POSE, np.zeros(6), np.zeros(6), none, none)
     waves = 0.01 * np.ones((6, len(frequency), 2)) * SIZE[:, None, None] * (1.0 + 1j)
@@ -98,10 +100,10 @@ def test_rates_have_the_spectra_of_derivatives() -> None:
 
 
 def test_tensions_and_points_against_samples() -> None:
-    """40 000 normal positions about the mean one, through the exact tensions and places."""
+    """15 000 normal positions about the mean one, through the exact tensions and places."""
     given = model(issc_tlp.platform())
     _, named, covariance = found(given)
-    draws = POSE + np.random.default_rng(9).multivariate_normal(np.zeros(6), covariance, size=40000)
+    draws = POSE + np.random.default_rng(9).multivariate_normal(np.zeros(6), covariance, size=15000)
     tops, bottoms = np.empty((len(draws), 12)), np.empty((len(draws), 12))
     places = np.empty((len(draws), 2, 3))
     for n, pose in enumerate(draws):
@@ -111,14 +113,14 @@ def test_tensions_and_points_against_samples() -> None:
     for k in range(12):
         for name, samples in (("tendon_tension", tops[:, k]), ("tendon_bottom_tension", bottoms[:, k])):
             quantity = named[f"{name}[{k + 1}]"]
-            # Four standard errors, and 1e-3 of the spread for what is of the third order.
-            assert quantity.mean == pytest.approx(samples.mean(), abs=0.025 * samples.std())
+            # Four standard errors of the mean are 0.033 of the spread, and three of the spread 0.018 of it.
+            assert quantity.mean == pytest.approx(samples.mean(), abs=0.035 * samples.std())
             assert quantity.spread() == pytest.approx(samples.std(), rel=0.02)
     for k in range(2):
         for i, axis in enumerate("xyz"):
             quantity, samples = named[f"point_position[{k + 1}].{axis}"], places[:, k, i]
             # A turn by yaw moves a point by its second order, 0.01² / 2 of 60 m, which is left out.
-            assert quantity.mean == pytest.approx(samples.mean(), abs=0.025 * samples.std() + 0.005)
+            assert quantity.mean == pytest.approx(samples.mean(), abs=0.035 * samples.std() + 0.005)
             assert quantity.spread() == pytest.approx(samples.std(), rel=0.02)
             acceleration = named[f"point_acceleration[{k + 1}].{axis}"].density
             np.testing.assert_allclose(acceleration, (2.0 * np.pi * quantity.frequency) ** 4 * quantity.density)

@@ -85,7 +85,7 @@ def closed_form(found: SpectralResponse, state: SeaState) -> NDArray[np.float64]
     """Variances of H X sqrt(S) by Simpson's rule, of matrices put together here."""
     model = platform()
     stiffness = tangent_stiffness(model, found.mean_position)
-    frequency = np.linspace(0.02, 1.1 * state.highest_frequency, 8001)
+    frequency = np.linspace(0.02, 1.1 * state.highest_frequency, 4001)
     omega = 2.0 * np.pi * frequency
     # The mean yaw of some 1e-5 rad mixes roll and pitch.
     onto = np.column_stack([generalized_force(unit, found.mean_position) for unit in np.eye(6)])
@@ -97,10 +97,10 @@ def closed_form(found: SpectralResponse, state: SeaState) -> NDArray[np.float64]
     for share, heading in zip(parts.share, parts.heading, strict=True):
         sea = WaveComponents(
             frequency=frequency,
-            amplitude=np.ones(8001),
-            phase=np.zeros(8001),
+            amplitude=np.ones(4001),
+            phase=np.zeros(4001),
             wavenumber=wavenumber(omega, state.water_depth, state.gravity),
-            heading=np.full(8001, heading),
+            heading=np.full(4001, heading),
             water_depth=state.water_depth,
             gravity=state.gravity,
         )

@@ -30,10 +30,10 @@ def velocities() -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("current", list(CURRENTS))
 def test_mean_and_damping_of_a_random_motion(current: str) -> None:
-    """Mean of the drag, and of its change with the rates, over 1500 normal velocities and their negatives."""
+    """Mean of the drag, and of its change with the rates, over 800 normal velocities and their negatives."""
     model, root = platform(CURRENTS[current]), velocities()
     mean, damping = tendon_damping(model, POSE, generalized_loads(POSE), root @ root.T)
-    draws = np.random.default_rng(4).normal(size=(1500, 6)) @ root.T
+    draws = np.random.default_rng(4).normal(size=(800, 6)) @ root.T
     scale = np.array([1.0, 1.0, 1.0, 0.02, 0.02, 0.02])
 
     def drag(velocity: NDArray[np.float64]) -> NDArray[np.float64]:
