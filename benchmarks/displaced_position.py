@@ -7,9 +7,8 @@ at each instant where the platform is at that instant:
 
 X(t) is an offset, a slow oscillation, and the motion by the hull's response amplitudes R in these very waves. The term
 of the displaced position is F(t) less the force at the offset. For X(t) without the slow oscillation it is a quadratic
-force to second order, with eqs. (2) and (3) of `tlpsim.loads.hydro.drift` and (Li & Kareem 1992)
-
-    T_ij = 1/4 [(R_i . k_j) (-i H_j)* + (-i H_i) (R_j . k_i)*]                                            (2)
+force to second order, with eqs. (2) and (3) of `tlpsim.loads.hydro.drift` and the transfer function of
+`tlpsim.loads.hydro.displaced_drift`.
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ from numpy.typing import NDArray
 from report import Row, at_most
 
 from tlpsim.loads.hydro.diffraction import excitation, excitation_transfer
+from tlpsim.loads.hydro.displaced_drift import displaced_kernel
 from tlpsim.loads.hydro.drift import Waves, drift_spectrum
 from tlpsim.loads.hydro.excitation import WaveLoads
 from tlpsim.loads.hydro.issc_members import issc_members
@@ -124,14 +124,6 @@ def at_offset(parts: Components, transfer: Callable[[Waves], ComplexArray]) -> F
     return np.fft.irfft(0.5 * count * lines, count, axis=0)[first : first + len(TIMES)]
 
 
-def kernel(first: Waves, second: Waves, component: int) -> ComplexArray:
-    """T of eq. (2), shape (N, L)."""
-    one, other = -1j * force_transfer(first)[component], -1j * force_transfer(second)[component]
-    ahead = motion_transfer(first).T @ wave_vector(second)
-    behind = wave_vector(first).T @ motion_transfer(second).conj()
-    return np.asarray(0.25 * (ahead * other.conj() + one[:, None] * behind))
-
-
 def forces(loads: WaveLoads, place: FloatArray) -> FloatArray:
     """First-order force at `TIMES` on a platform at `place` (times, 2), shape (times, 6)."""
     position, still = np.zeros((len(TIMES), 6)), np.zeros(6)
@@ -197,8 +189,8 @@ def sums(text: str, state: SeaState, count: int) -> list[Row]:
 
 
 def integrals(text: str, state: SeaState, count: int, quick: bool) -> list[Row]:
-    """Mean and low-frequency spread of the term, motion about the offset, against eq. (2)."""
-    theory = drift_spectrum(kernel, state)
+    """Mean and low-frequency spread of the term, motion about the offset, against their kernel."""
+    theory = drift_spectrum(displaced_kernel(database()), state)
     expected = np.array([theory.mean, theory.spread(0.0, LOW)])
     found = np.array([statistics(record.term(OFFSET + record.motion))[:2] for record in records(state, count)])
     bounds = (MEAN_BOUND, SPREAD_BOUND)

@@ -65,9 +65,11 @@ def spectral_wind(parameter: Parameter) -> SpectralWind:
     if profile.speed_10 == 0.0:
         count = len(areas.area)
         return SpectralWind(
-            speed=np.zeros(count), spectrum=lambda frequency: np.zeros((len(frequency), count, count)), **common
+            speed=np.zeros(count),
+            spectrum=lambda frequency: np.zeros((len(frequency), count, count), dtype=np.complex128),
+            **common,
         )
     speed, spectrum = gust_spectrum(
         position=areas.position, area=areas.area, heading=heading, profile=profile, gusts=gusts
     )
-    return SpectralWind(speed=speed, spectrum=spectrum, **common)
+    return SpectralWind(speed=speed, spectrum=lambda frequency: spectrum(frequency).astype(np.complex128), **common)

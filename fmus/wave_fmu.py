@@ -208,6 +208,7 @@ def mean_force(parameter: Callable[[str], Any]) -> NDArray[np.float64]:
 
 
 def hull_members(parameter: Callable[[str], Any]) -> Members:
+    """The hull's members from the FMU's parameters."""
     members = parameter("members")
     if members:
         return record_from_json(Members, members, "members")
@@ -224,6 +225,7 @@ def _sea(parameter: Callable[[str], Any], members: Members) -> Sea:
 
 
 def sea_state(parameter: Callable[[str], Any]) -> SeaState:
+    """Statistics of the sea from the FMU's parameters."""
     table = parameter("spectrum_table")
     return SeaState(
         spectrum=parameter("spectrum"),

@@ -89,6 +89,7 @@ def wind_gusts(parameter: Callable[[str], Any]) -> Gusts:
 
 
 def wind_segments(parameter: Callable[[str], Any]) -> Segments | None:
+    """The areas from the FMU's parameters; None for the default ones."""
     segments, boxes = parameter("segments"), parameter("boxes")
     if segments and boxes:
         raise ScenarioError("parameters segments and boxes are both given; give one of them")

@@ -145,9 +145,9 @@ def _of_one_heading(kernel: Kernel) -> Kernel:
     def averaged(first: Waves, second: Waves, component: int) -> ComplexArray:
         result = np.zeros((len(first.omega), len(second.omega)), dtype=np.complex128)
         for value in np.unique(np.concatenate([first.heading, second.heading])):
-            both = (Waves(waves.omega, np.full(len(waves.omega), value)) for waves in (first, second))
+            one, other = (Waves(waves.omega, np.full(len(waves.omega), value)) for waves in (first, second))
             share = 0.5 * (1.0 * (first.heading == value)[:, None] + (second.heading == value))
-            result += share * kernel(*both, component)
+            result += share * kernel(one, other, component)
         return result
 
     return averaged

@@ -259,7 +259,8 @@ class WaveLoads:
         The waves ride on the current: their wavenumbers, and the frequency with which they act, are those in it.
     drift
         Quadratic filters of the drift force for the components of `sea`; with `doppler`, made for the sea that
-        `tlpsim.loads.waves.doppler.sea_in_current` gives.
+        `tlpsim.loads.waves.doppler.sea_in_current` gives. With `displaced_position`, of the drift without what that
+        makes (`tlpsim.loads.hydro.displaced_drift`), or the drift of a hull that moves in the waves counts it twice.
     drift_damping
         B of eq. (4), shape (6, 6), N·s/m, N·s and N·m·s.
 

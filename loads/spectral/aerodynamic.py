@@ -5,8 +5,8 @@
 
 The coefficients are those of Hermite's expansion for the mean U_m and the variance of the relative speed, and tend to
 U² + Var, 2 U and 1, those of Fig. 2, where the wind hardly ever turns. The decompositions "expanded" and "linear" of
-the wind's force (`tlpsim.loads.wind.force`) take these as they are, with the variance of the wind alone, and the
-latter without the quadratic term.
+the wind's force (`tlpsim.loads.wind.force`) take these as they are, with the variance and the squares of the gusts
+alone, and the latter without the quadratic term.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ class LinearWind:
         Speed of the segments along the wind a unit rate of the platform, (n, 6).
     damping
         (6, 6) on the rates.
-    on_squares
-        Loads a unit w² - Var w, (6, n).
+    on_squares, along_in_squares
+        Loads a unit w² - Var w, (6, n), and `along` there; zero where the squares are those of the gusts alone.
     """
 
     mean: FloatArray
@@ -53,6 +53,7 @@ class LinearWind:
     along: FloatArray
     damping: FloatArray
     on_squares: FloatArray
+    along_in_squares: FloatArray
 
 
 def _coefficients(
@@ -90,4 +91,5 @@ def linear_wind(wind: SpectralWind, yaw: float, gusts: FloatArray, relative: Flo
         along=along,
         damping=(linear[:, None] * drag).T @ along,
         on_squares=(quadratic[:, None] * drag).T,
+        along_in_squares=along if wind.decomposition == "full" else np.zeros_like(along),
     )

@@ -323,7 +323,9 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
     if sea is None:
         return state
     parts = second_order(sea, expanded, first, np.zeros((0, 6, 6)))
-    load = sum((value for name, value in means(parts, sea.grid).items() if name in WITH_MEAN), np.zeros(6))
+    load: FloatArray = np.zeros(6)
+    for name, value in means(parts, sea.grid).items():
+        load = load + value * (name in WITH_MEAN)
     found = spectra(whole(parts, sea.grid), sea.grid)
     rate = (2.0 * np.pi * problem.frequency) ** 2 * problem.weight
     slow = _through(expanded.drifting, problem, found.difference.at(problem.frequency))

@@ -11,6 +11,8 @@ of waves; the platform answers them as if they were static, which they are in he
 the parts alone has linear terms, which have no third and fourth cumulants of their own. Damping that follows the wave
 groups changes the third cumulant (`tlpsim.loads.spectral.group_damping`).
 
+The squares of the wind's fluctuation have a skewness of their own, some hundredths, which is left out.
+
 The grid of the waves resolves their groups (`tlpsim.loads.spectral.problem`).
 """
 
@@ -25,7 +27,7 @@ from tlpsim.loads.spectral.cumulants import QuadraticForm, beside, cumulants, fr
 from tlpsim.loads.spectral.dynamics import transfer
 from tlpsim.loads.spectral.group_damping import damping_matrices, third_cumulant_change
 from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, second_order, wave_motion
-from tlpsim.loads.spectral.problem import SLOW_BAND, Problem, SeaOnGrid
+from tlpsim.loads.spectral.problem import SLOW_BAND, Problem
 from tlpsim.loads.spectral.second_order import EvenSpectrum, whole
 
 FloatArray = NDArray[np.float64]
@@ -64,10 +66,10 @@ def higher_cumulants(
     first = FirstOrder(waves=position, force=force, gusts=None)
     kinds, number = np.unique(curvatures.reshape(len(rows), 36), axis=0, return_inverse=True)
     matrices = whole(second_order(sea, expanded, first, kinds.reshape(-1, 6, 6)), sea.grid)
-    kernels = _responses(problem, expanded, matrices, sea)
+    kernels = _responses(problem, expanded, matrices)
     for n, row in enumerate(rows):
         whole_row = np.concatenate([row, np.eye(len(kinds))[number.ravel()[n]]])
-        difference, total = (np.tensordot(whole_row, kernel, axes=1) for kernel in kernels)
+        difference, total = (np.tensordot(whole_row, each, axes=1) for each in (kernels.difference, kernels.total))
         result[n] += _third_and_fourth(from_waves(row @ position, difference, total, sea.grid.step))
     result[:, 0] += _of_group_damping(problem, expanded, matrices, position, frequency, motion[0], rows)
     return result
@@ -115,23 +117,16 @@ def _third_and_fourth(form: QuadraticForm) -> FloatArray:
     return np.array([found.skewness * found.variance**1.5, found.excess_kurtosis * found.variance**2])
 
 
-def _responses(
-    problem: Problem, expanded: Expanded, matrices: BispectralMatrix, sea: SeaOnGrid
-) -> tuple[ComplexArray, ComplexArray]:
-    """Bi-spectral matrices (6 + q, N, N) of positions and of quadratic quantities, for differences and sums."""
-    frequency, order = sea.grid.frequency, sea.grid.order
-    count = len(frequency)
-    ups = np.round((frequency[:, None] - frequency) / sea.grid.step).astype(np.int64)
-    slow = transfer(expanded.drifting, problem.memory, 2.0 * np.pi * sea.grid.step * np.arange(count))
-    both = np.concatenate([np.conj(slow[:0:-1]), slow])  # negative differences first
-    sums = 2.0 * frequency[0] + sea.grid.step * np.arange(2 * count - 1)
-    fast = transfer(expanded.system, problem.memory, 2.0 * np.pi * sums)
-    places = ups + count - 1, np.add.outer(np.arange(count), np.arange(count))
-    found = []
-    for table, place, forces in zip((both, fast), places, (matrices.difference, matrices.total), strict=True):
-        blocks = forces.reshape(len(forces), order, count, order, count)
-        result = blocks.copy()
-        operator = table[place]  # (nf, nf, 6, 6)
-        result[:6] = np.einsum("abij,jpaqb->ipaqb", operator, blocks[:6], optimize=True)
-        found.append(result.reshape(forces.shape))
-    return found[0], found[1]
+def _responses(problem: Problem, expanded: Expanded, matrices: BispectralMatrix) -> BispectralMatrix:
+    """Matrices of positions and of quadratic quantities from those of forces and of the same quantities."""
+    size = len(matrices.difference)
+    operators = []
+    for frequency, system in (
+        (matrices.difference_frequency, expanded.drifting),
+        (matrices.total_frequency, expanded.system),
+    ):
+        operator = np.zeros((len(frequency), size, size), dtype=np.complex128)
+        operator[:, :6, :6] = transfer(system, problem.memory, 2.0 * np.pi * frequency)
+        operator[:, np.arange(6, size), np.arange(6, size)] = 1.0
+        operators.append(operator)
+    return matrices.through(*operators)

@@ -5,7 +5,8 @@
 
 c are the exact derivatives at the mean position, q a quadratic function 1/2 T'' : x x whose spectrum stands beside
 that of the position (tensions), s = -1 for the air gap, and p = 1 for velocities, 2 for accelerations. Points of the
-platform and the air gap are linear in the position: setdown is in heave.
+platform and the air gap are linear in the position, their means those of the mean position: setdown is in heave. The
+air gap is that above the elevation at the reference point, as the platform's FMU has it.
 """
 
 from __future__ import annotations

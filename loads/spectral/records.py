@@ -91,7 +91,7 @@ class Mode:
     name
         Degree of freedom that moves most.
     period
-        Undamped natural period, s.
+        Undamped natural period, s, that of the modulus of the eigenvalue.
     damping_ratio
         Fraction of critical damping.
     """
@@ -123,7 +123,7 @@ class SpectralResponse:
     mean_position
         Shape (6,), m and rad.
     modes
-        Six of them, slowest first.
+        One a degree of freedom that moves, slowest first.
     iterations
         Relative change of means and covariances in each outer round.
     seconds

@@ -81,7 +81,8 @@ def respond(model: SpectralModel, *, step: float = FREQUENCY_STEP, tolerance: fl
     step
         Largest step of the frequencies, Hz.
     tolerance
-        Relative change of means and spreads at which the iteration ends.
+        Change of means and spreads, relative to the largest translation and rotation, at which orders 0 and 1 end;
+        rounds of the second order end at `tlpsim.loads.spectral.iteration.ROUND_TOLERANCE` if that is larger.
 
     Raises
     ------
@@ -234,7 +235,7 @@ def _wind(
     response: ComplexArray,
     waves: ComplexArray,
 ) -> ComplexArray:
-    """Cross-spectra (m, 6, 6) of the motion of gusts, and of the squares of the relative speeds."""
+    """Cross-spectra (m, 6, 6) of the motion of gusts, and of the squares of the relative speeds, or of gusts alone."""
     assert expanded.wind is not None
     gusts = gusts_on_grid(coarse.wind, frequency)
     motion = gust_motion(gusts, problem, expanded)
@@ -243,9 +244,10 @@ def _wind(
     result[:count] = cross_spectrum(motion)
     if not np.any(expanded.wind.on_squares):
         return result
-    others = expanded.wind.along @ (2j * np.pi * frequency[:, None, None] * waves.swapaxes(0, 1))
+    along = expanded.wind.along_in_squares
+    others = along @ (2j * np.pi * frequency[:, None, None] * waves.swapaxes(0, 1))
     speeds = others @ np.conj(np.swapaxes(others, 1, 2))
-    speeds[:count] += cross_spectrum(relative_speeds(gusts, expanded.wind.along, motion))
+    speeds[:count] += cross_spectrum(relative_speeds(gusts, along, motion))
     forces = square_spectrum(frequency, speeds, expanded.system.loads @ expanded.wind.on_squares)
     return result + response @ forces @ np.conj(np.swapaxes(response, 1, 2))
 

@@ -15,6 +15,10 @@ elevation r relative to the platform, which the mean setdown raises by r_0. Of i
 
 whose linear terms act like those of eq. (2). Where the velocities follow the surface (Wheeler), a strip at the height
 z in water of the depth d meets those of the level z - r (1 + z/d), which adds -r' (1 + z/d) dV/dz to v.
+
+Eq. (4) has the velocity of mean water level in crest and trough, and acts there. On the columns of the ISSC platform in
+a sea of 7 m the mean of the splash zone is then some 13 % too large, and the pitch moment lacks up to 1 %; with
+Wheeler's stretching the waves' drag is 6 to 10 % too large, of the order k² Var eta.
 """
 
 from __future__ import annotations

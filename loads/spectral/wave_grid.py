@@ -95,7 +95,7 @@ def equivalent_width(state: SeaState) -> float:
 def wave_grid(waves: SpectralWaves, step: float, band: tuple[float, float] = (0.0, np.inf)) -> WaveGrid:
     """The sea at whole multiples of `step` (Hz) within a band (Hz), from where its energy begins to where it ends."""
     state = waves.state
-    grid = step * np.arange(1, int(np.floor(HIGHEST * state.highest_frequency / step)) + 1)
+    grid: FloatArray = step * np.arange(1.0, np.floor(HIGHEST * state.highest_frequency / step) + 1.0)
     grid = grid[(grid >= band[0]) & (grid <= band[1])]
     density = acting_density(waves, grid)
     with_energy = np.flatnonzero(density > NEGLIGIBLE * np.max(density, initial=0.0))
