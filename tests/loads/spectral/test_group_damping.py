@@ -8,7 +8,12 @@ from tlpsim.loads.hydro.issc_members import issc_members
 from tlpsim.loads.spectral import viscous
 from tlpsim.loads.spectral.bispectral import quadratic
 from tlpsim.loads.spectral.cumulants import from_waves
-from tlpsim.loads.spectral.group_damping import damping_matrices, damping_products, group_damping
+from tlpsim.loads.spectral.group_damping import (
+    damping_matrices,
+    damping_products,
+    group_damping,
+    third_cumulant_change,
+)
 from tlpsim.loads.spectral.model import SpectralWaves
 from tlpsim.loads.spectral.problem import SeaOnGrid, sea_on_grid
 from tlpsim.loads.waves.current import Current, uniform_current
@@ -89,3 +94,46 @@ def test_no_drag_no_damping_of_groups() -> None:
     found = group_damping(drag, sea.rows[0].water, np.ones((6, size, size)) + 0j, flat, np.eye(6), sea.grid)
     assert not found[0].any()
     assert not found[1].any()
+
+
+def test_damping_that_goes_with_the_force_takes_from_the_third_cumulant() -> None:
+    """One degree of freedom x'' + (c + b) x' + k x = F with Gaussian F and b = e F, against its solution in time.
+
+    To the first order in b the third cumulant is that of eq. (5), as there is no connected fourth cumulant. Two
+    solutions of opposite b with the same F leave it as half of their difference, free of the scatter without b.
+    """
+    damping, stiffness, ratio, step, length, records = 0.012, 0.06**2, 0.25, 1.0, 2**16, 8
+    frequency = 2.5e-4 * np.arange(241)
+    density = np.exp(-((frequency / 0.02) ** 2))
+    omega = 2.0 * np.pi * frequency
+    response = np.zeros((241, 6, 6), dtype=np.complex128)
+    response[:, 0, 0] = 1.0 / (stiffness - omega**2 + 1j * omega * damping)
+    factor = ratio * damping / np.sqrt(np.trapezoid(density, frequency))  # b of a quarter of c
+    cross = np.zeros((241, 6, 9), dtype=np.complex128)
+    cross[:, 0, 0] = factor * density
+    motion = np.zeros((241, 6, 6), dtype=np.complex128)
+    motion[:, 0, 0] = np.abs(response[:, 0, 0]) ** 2 * density
+    expected = third_cumulant_change(np.eye(6)[:1], frequency, response, cross, motion)[0]
+
+    lines = np.fft.rfftfreq(length, step)
+    noise = np.random.default_rng(5).standard_normal((2, records, len(lines)))
+    amplitude = np.sqrt(0.25 * np.exp(-((lines / 0.02) ** 2)) / (length * step)) * length
+    force = np.fft.irfft(amplitude * (noise[0] + 1j * noise[1]), n=length, axis=1)
+    signed = np.stack([force, force])
+    change = np.stack([factor * force, -factor * force])
+    before = now = np.zeros((2, records))
+    kept = np.empty((length, 2, records))
+    for n in range(length):
+        kept[n] = now
+        half = 0.5 * step * (damping + change[:, :, n])
+        after = (step**2 * (signed[:, :, n] - stiffness * now) + 2.0 * now - (1.0 - half) * before) / (1.0 + half)
+        before, now = now, after
+    settled = kept[2000:]
+    third = np.mean((settled - settled.mean(axis=0)) ** 3, axis=0)
+    each = 0.5 * (third[0] - third[1])
+    variance = np.var(settled[:, 0])
+    assert np.trapezoid(motion[:, 0, 0].real, frequency) == pytest.approx(variance, rel=0.05)
+    assert expected / variance**1.5 < -0.1  # large enough to be seen
+    error = np.std(each, ddof=1) / np.sqrt(records)
+    # Terms of the third order in b remain, (b/c)² of the first.
+    assert each.mean() == pytest.approx(expected, abs=3.0 * error + 0.1 * abs(expected))

@@ -280,3 +280,10 @@ def test_drift_damping_below_zero_is_told() -> None:
     waves = replace(potential_waves(), drift_damping=damping)
     with pytest.raises(SolverError, match=r"mode of surge, .* look at wave drift damping"):
         respond(SpectralModel(platform=platform(), waves=waves))
+
+
+def test_a_tendon_that_slackens_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tlpsim.loads.spectral.response.SLACK", 8.0)
+    high = replace(potential_waves(), state=replace(potential_waves().state, significant_height=25.0))
+    with pytest.warns(RuntimeWarning, match=r"tendon_tension\[7\] has a mean of 6\.8 times .* slackens"):
+        respond(SpectralModel(platform=platform(), waves=high))
