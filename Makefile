@@ -17,7 +17,7 @@ test: $(READY)
 validation: $(READY)
 	$(BIN)/python -m pytest -m validation
 
-BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic master coupling
+BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic master coupling spectral
 
 bench: $(READY)
 	$(BIN)/pip install --quiet --editable '.[compare]'

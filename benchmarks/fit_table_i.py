@@ -8,8 +8,8 @@ inputs of `INPUTS` are changed until all 18 cells come as near to the paper's as
     log(cell / nearer of the paper's two columns), zero between the two                                  (1)
 
 from an environment that another program was fitted with. Different inputs lead to nearly the same table, so that what
-is found is one environment among others. Mass and centre of gravity stay, since the hull's hydrodynamics depend on them. The script prints the
-table, and the lines that a scenario needs.
+is found is one environment among others. Mass and centre of gravity stay, since the hull's hydrodynamics depend on
+them. The script prints the table, and the lines that a scenario needs.
 """
 
 from __future__ import annotations

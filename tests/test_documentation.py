@@ -31,7 +31,10 @@ def test_commands_in_code_exist(document: Path) -> None:
     assert named <= known
 
 
-@pytest.mark.parametrize("command", ["build", "run", "resume", "check", "swap", "export", "info", "bem", "figures"])
+COMMANDS = sorted({command.name or command.callback.__name__ for command in app.registered_commands})  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(command: str) -> None:
     result = CliRunner().invoke(app, [command, "--help"])
     assert result.exit_code == 0

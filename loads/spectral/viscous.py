@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.hydro.morison import divide, projection
-from tlpsim.loads.spectral.hermite import Expansion, expand
+from tlpsim.loads.spectral.hermite import Expansion, SplashExpansion, expand, splash
 from tlpsim.loads.spectral.model import SpectralWaves
 from tlpsim.loads.spectral.products import Products, joined, no_products
 from tlpsim.loads.spectral.wave_grid import WaveGrid
@@ -224,13 +224,13 @@ def covariances(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drag:
-    """Expanded drag of strips and of the pieces at the surface: expansions, c of eq. (5), r_0 of eq. (4), (p,) m."""
+    """Expanded drag of strips and of the pieces at the surface: expansions, that of eq. (5), r_0 of eq. (4), (p,) m."""
 
     strips: DragElements
     surface: DragElements
     steady: Expansion
     piercing: Expansion
-    cross: FloatArray
+    zone: SplashExpansion
     rise: FloatArray
 
 
@@ -254,12 +254,13 @@ def expanded(
         r_0 of eq. (4), (p,) m.
     """
     under, surface = elements
+    piercing = expand(surface.current, covariance[1])
     return Drag(
         strips=under,
         surface=surface,
         steady=expand(under.current, covariance[0]),
-        piercing=expand(surface.current, covariance[1]),
-        cross=cross,
+        piercing=piercing,
+        zone=splash(piercing, cross),
         rise=rise,
     )
 
@@ -273,14 +274,13 @@ def _loads(elements: DragElements, factor: FloatArray) -> FloatArray:
 def linear_drag(drag: Drag) -> LinearDrag:
     """Mean, damping, stiffness and the factors of the waves, eqs. (2) and (5)."""
     under, surface, rise = drag.strips, drag.surface, drag.rise[:, None]
-    steady, piercing = drag.steady, drag.piercing
-    mixed = 2.0 * np.einsum("sabc,sc->sab", piercing.quadratic, drag.cross)
+    steady, piercing, zone = drag.steady, drag.piercing, drag.zone
     on_water = _loads(under, steady.linear)
     follows = np.einsum("sab,sb->sa", steady.linear, under.current_slope)
     on_elevation = -_loads(under, follows)
-    on_surface_water = _loads(surface, mixed + rise[:, None] * piercing.linear)
-    on_surface_elevation = _loads(surface, piercing.mean)
-    splash_mean = _loads(surface, np.einsum("sab,sb->sa", piercing.linear, drag.cross) + rise * piercing.mean)
+    on_surface_water = _loads(surface, zone.velocity + rise[:, None] * piercing.linear)
+    on_surface_elevation = _loads(surface, zone.elevation)
+    splash_mean = _loads(surface, zone.mean + rise * piercing.mean)
     damping = np.einsum("sia,saj->ij", on_water, under.projection)
     damping += np.einsum("sia,saj->ij", on_surface_water, surface.projection)
     stiffness = on_elevation.T @ under.lever + on_surface_elevation.T @ surface.lever
@@ -322,11 +322,10 @@ def following_products(drag: Drag, elevation: ComplexArray, rows: DragRows) -> P
 
 def splash_products(drag: Drag, relative: ComplexArray, elevation: ComplexArray) -> Products:
     """Quadratic terms of the pieces at the surface, eq. (5)."""
-    surface, piercing = drag.surface, drag.piercing
-    rise = drag.rise[:, None, None, None]
-    square = 3.0 * np.einsum("sabcd,sd->sabc", piercing.cubic, drag.cross) + rise * piercing.quadratic
+    surface = drag.surface
+    square = drag.zone.quadratic + drag.rise[:, None, None, None] * drag.piercing.quadratic
     found = squares(_loads(surface, square), relative)
-    weights = _loads(surface, piercing.linear)
+    weights = _loads(surface, drag.zone.product)
     for axis in range(2):
         found = joined(found, Products(elevation, relative[:, axis], weights[:, :, axis].T))
     return found
