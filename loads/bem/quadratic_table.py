@@ -113,7 +113,7 @@ def quadratic_table(
     for rough in coarse:
         share = resolved_share(problem.coarse, numbers)  # type: ignore[arg-type]
         fine = limit(fine, rough, np.minimum(share[:, None], share)[..., None]).value
-    body = FIXED_BODY if problem.mass is None else MOVING_BODY
+    kind = FIXED_BODY if problem.mass is None else MOVING_BODY
     return QuadraticTransfer(
         omega=omega,
         heading=np.atleast_1d(np.asarray(problem.heading, dtype=np.float64)),
@@ -121,7 +121,7 @@ def quadratic_table(
         depth=problem.depth,
         density=problem.density,
         gravity=problem.gravity,
-        contents=f"{QUADRATIC_PART}; {body} '{problem.mesh.name}', form '{form}'",
+        contents=f"{QUADRATIC_PART}; {kind} '{problem.mesh.name}', form '{form}'",
     )
 
 

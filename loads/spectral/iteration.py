@@ -323,9 +323,8 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
     if sea is None:
         return state
     parts = second_order(sea, expanded, first, np.zeros((0, 6, 6)))
-    load: FloatArray = np.zeros(6)
-    for name, value in means(parts, sea.grid).items():
-        load = load + value * (name in WITH_MEAN)
+    with_mean = [value for name, value in means(parts, sea.grid).items() if name in WITH_MEAN]
+    load = np.sum([np.zeros(6), *with_mean], axis=0)
     found = spectra(whole(parts, sea.grid), sea.grid)
     rate = (2.0 * np.pi * problem.frequency) ** 2 * problem.weight
     slow = _through(expanded.drifting, problem, found.difference.at(problem.frequency))
@@ -333,7 +332,7 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
     damping, group_load = _group_damping(problem, expanded, np.einsum("m,mij->ij", rate, slow.real))
     return replace(
         state,
-        second_load=np.linalg.solve(expanded.system.loads, load),
+        second_load=np.asarray(np.linalg.solve(expanded.system.loads, load)),
         second_velocity=np.einsum("m,mij->ij", rate, both.real),
         second_position=np.einsum("m,mij->ij", problem.weight, both.real),
         group_load=group_load,
