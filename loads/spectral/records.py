@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tlpsim.loads.spectral.extremes import Extremes, expected_extremes, zero_crossing_rate
+from tlpsim.loads.spectral.extremes import Extremes, crossing_rate, expected_extremes, zero_crossing_rate
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -60,6 +60,10 @@ class Quantity:
     def zero_crossing_rate(self) -> float:
         """Rate of up-crossings of the mean, Hz, by the spectrum."""
         return zero_crossing_rate(self.frequency, self.density)
+
+    def crossing_rate(self, level: float) -> float:
+        """Rate of up-crossings of a level, Hz, of a Gaussian response of this mean and spectrum."""
+        return crossing_rate(self.frequency, self.density, level - self.mean)
 
     def extremes(self, duration: float, *, probability: float = 0.9) -> Extremes:
         """Extremes in a duration (s), with the skewness and kurtosis; see `expected_extremes`."""

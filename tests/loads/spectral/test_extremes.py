@@ -395,3 +395,12 @@ def test_what_does_not_fit_is_refused() -> None:
             gaussian(density, duration)
     with pytest.raises(ScenarioError, match="probability"):
         expected_extremes(0.0, FREQUENCY, density, 0.0, 0.0, DURATION, probability=1.0)
+
+
+def test_crossings_of_a_quantity_count_from_its_mean() -> None:
+    """Rice: one standard deviation above the mean is crossed exp(-1/2) times as often as the mean."""
+    flat = np.where(FREQUENCY <= 0.5, 2.0, 0.0)
+    found = Quantity(name="x", unit="m", mean=3.0, frequency=FREQUENCY, density=flat)
+    assert found.crossing_rate(3.0) == found.zero_crossing_rate
+    ratio = found.crossing_rate(3.0 + found.spread()) / found.zero_crossing_rate
+    assert ratio == pytest.approx(math.exp(-0.5), rel=1e-3)
