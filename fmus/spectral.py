@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tlpsim.fmus.current import current_of
-from tlpsim.fmus.wave_fmu import (
+from tlpsim.fmus.wave_parameters import (
     drift_damping,
     drift_source,
     hull_members,

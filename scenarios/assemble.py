@@ -398,7 +398,8 @@ def wave_loads(scenario: Scenario) -> WaveLoads | None:
     """
     if not _is_own(scenario, "wave"):
         return None
-    from tlpsim.fmus.wave_fmu import TlpsimWave, wave_model
+    from tlpsim.fmus.wave_fmu import TlpsimWave
+    from tlpsim.fmus.wave_parameters import wave_model
 
     entry = scenario.components["wave"]
     with blamed_on("wave"):
@@ -424,7 +425,8 @@ def start_in_equilibrium(scenario: Scenario, parameters: Mapping[str, Parameters
     ):
         return
     from tlpsim.fmus.platform_fmu import TlpsimPlatform, platform_model
-    from tlpsim.fmus.wave_fmu import TlpsimWave, mean_force
+    from tlpsim.fmus.wave_fmu import TlpsimWave
+    from tlpsim.fmus.wave_parameters import mean_force
     from tlpsim.loads.platform.equilibrium import static_equilibrium
 
     force: NDArray[np.float64] = np.zeros(6)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tlpsim.fmus.spectral import spectral_waves, spectral_wind
-from tlpsim.fmus.wave_fmu import TlpsimWave, mean_force, wave_model
+from tlpsim.fmus.wave_fmu import TlpsimWave
+from tlpsim.fmus.wave_parameters import mean_force, wave_model
 from tlpsim.fmus.wind_fmu import TlpsimWind, wind_model
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.excitation import mean_current_force

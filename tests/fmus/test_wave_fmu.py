@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tlpsim.fmus.tables import record_to_json
-from tlpsim.fmus.wave_fmu import TlpsimWave, mean_force, wave_model
+from tlpsim.fmus.wave_fmu import TlpsimWave
+from tlpsim.fmus.wave_parameters import mean_force, wave_model
 from tlpsim.loads.bem.database import HydrodynamicDatabase, write
 from tlpsim.loads.bem.issc import issc_database
 from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer, write_quadratic_transfer

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 import tlpsim.scenarios.schema
 from tlpsim.fmus.platform_fmu import TlpsimPlatform, platform_model
 from tlpsim.fmus.tables import record_from_json
-from tlpsim.fmus.wave_fmu import TlpsimWave, mean_force
+from tlpsim.fmus.wave_fmu import TlpsimWave
+from tlpsim.fmus.wave_parameters import mean_force
 from tlpsim.loads import issc_tlp
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.equilibrium import natural_periods

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 import tlpsim.scenarios.schema
 from tlpsim.fmus.platform_fmu import MEMORY
-from tlpsim.fmus.wave_fmu import DRIFTS
+from tlpsim.fmus.wave_parameters import DRIFTS
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.filters.interpolation import SYMMETRIC
