@@ -173,8 +173,8 @@ def compare_figures(folder: Path, scenario: Path | None, settings: list[str] | N
 
 
 def print_spectral_file(file: Path) -> bool:
-    """Print what a file of `tlpsim spectral` or `tlpsim compare` holds; False where it is neither."""
-    from tlpsim.scenarios import compare, spectral_file
+    """Print what a file of `tlpsim spectral`, `compare` or `sensitivity` holds; False where it is none of them."""
+    from tlpsim.scenarios import compare, sensitivity_output, spectral_file
     from tlpsim.scenarios.compare_tables import print_comparison
     from tlpsim.scenarios.schema import Scenario
     from tlpsim.scenarios.spectral_tables import print_response
@@ -188,7 +188,10 @@ def print_spectral_file(file: Path) -> bool:
     elif form == compare.FORMAT:
         typer.echo(f"{file}: {form} of {attributes['created']}")
         print_comparison(compare.read_comparison(file))
-    return form in (spectral_file.FORMAT, compare.FORMAT)
+    elif form == sensitivity_output.FORMAT:
+        typer.echo(f"{file}: {form} of {attributes['created']}")
+        sensitivity_output.print_sensitivity(sensitivity_output.read_sensitivity(file))
+    return form in (spectral_file.FORMAT, compare.FORMAT, sensitivity_output.FORMAT)
 
 
 def _require_writable(path: Path | None) -> None:

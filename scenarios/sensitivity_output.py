@@ -16,8 +16,9 @@ from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.whole_file import whole_file
 from tlpsim.scenarios.compare import without_nan
 from tlpsim.scenarios.console import output
-from tlpsim.scenarios.sensitivity import STATISTICS, Sensitivity
-from tlpsim.scenarios.spectral_file import head
+from tlpsim.scenarios.schema import Scenario
+from tlpsim.scenarios.sensitivity import STATISTICS, Change, Sensitivity
+from tlpsim.scenarios.spectral_file import head, opened
 from tlpsim.scenarios.spectral_tables import number
 
 if TYPE_CHECKING:
@@ -155,6 +156,38 @@ def write_sensitivity(found: Sensitivity, path: Path) -> None:
             }
             for name, words in texts.items():
                 file.create_dataset(name, data=words, dtype=h5py.string_dtype())
+
+
+def read_sensitivity(path: str | Path) -> Sensitivity:
+    """Changes of an HDF5 file that `write_sensitivity` wrote.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such file, it is another kind of file, or its layout is newer than this version knows.
+    """
+    with opened(path, FORMAT, SCHEMA_VERSION, "tlpsim sensitivity") as file:
+        columns = [file[name].asstr()[()] for name in ("parameters", "changes", "values", "problems")]
+        changes = []
+        for row, (parameter, label, text, problem) in zip(
+            file["statistics"][()], zip(*columns, strict=True), strict=True
+        ):
+            value = json.loads(text)
+            changes.append(
+                Change(
+                    parameter=parameter,
+                    label=label,
+                    value=tuple(value) if isinstance(value, list) else value,
+                    statistics=() if problem else tuple(float(each) for each in row),
+                    problem=problem,
+                )
+            )
+        return Sensitivity(
+            scenario=Scenario.from_json(str(file.attrs["scenario"])),
+            base=tuple(float(each) for each in file["base"]),
+            changes=tuple(changes),
+            notes=tuple(file["notes"].asstr()[()]),
+        )
 
 
 def draw_sensitivity(folder: Path, found: Sensitivity) -> list[Path]:

@@ -27,6 +27,7 @@ from tlpsim.scenarios.sensitivity_output import (
     PANELS,
     draw_sensitivity,
     print_sensitivity,
+    read_sensitivity,
     sensitivity_json,
     tornado_figure,
     write_sensitivity,
@@ -175,6 +176,7 @@ def test_files_hold_every_change(known: None, tmp_path: Path) -> None:
         assert np.isnan(held["statistics"][1]).all()  # 29.6 m/s, above the largest speed
         assert list(held["problems"].asstr()) == ["", "no mean position", "", ""]
         assert json.loads(held["values"].asstr()[2]) == pytest.approx([0.0, 0.0, 0.018, 0.018, 0.018, 0.0])
+    assert read_sensitivity(tmp_path / "s.h5") == found
     told = json.loads(sensitivity_json(found), parse_constant=pytest.fail)
     assert len(told["rows"]) == len(rows)
     assert told["rows"][len(STATISTICS)]["changed"] is None
