@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.morison import inertia_transfer
 from tlpsim.loads.spectral import viscous
 from tlpsim.loads.spectral.decomposition import DecomposedSpectrum, covariance, decompose, trapezoidal_weights
@@ -33,6 +34,8 @@ GROUP_COMPONENTS, FEWEST_COMPONENTS = 100, 24
 of those with twice as many. With many directions slow modes are narrower than its steps."""
 ENERGY_OUTSIDE = 1e-3
 """Part of the waves' energy that may be left out there on either side."""
+NARROWEST = 2e-3
+"""Hz, equivalent width of the narrowest spectrum of waves; swell has some 5e-3 or more."""
 SLOW_BAND = 0.06
 """Hz, below which the slow motion is resolved in fine steps within the iteration."""
 
@@ -158,10 +161,22 @@ def _highest_frequency(model: SpectralModel) -> float:
 
 
 def wave_step(waves: SpectralWaves) -> float:
-    """Step of the waves' grid in Hz: short beside the width of the spectrum, long where there are many directions."""
+    """Step of the waves' grid in Hz: short beside the width of the spectrum, long where there are many directions.
+
+    Raises
+    ------
+    ScenarioError
+        If the sea is nearly a regular wave, which has no spectrum that steps could follow.
+    """
     if not waves.state.significant_height > 0.0:
         return WAVE_STEP
-    narrow = min(WAVE_STEP, equivalent_width(waves.state) / _STEPS_IN_SPECTRUM)
+    width = equivalent_width(waves.state)
+    if width < NARROWEST:
+        raise ScenarioError(
+            f"frequency domain: the spectrum of the waves is {width:.2g} Hz wide, less than {NARROWEST:g} Hz; take the "
+            "time domain, or a wider spectrum"
+        )
+    narrow = min(WAVE_STEP, width / _STEPS_IN_SPECTRUM)
     most = HIGHEST * waves.state.highest_frequency * waves.state.directions / MOST_COMPONENTS
     return max(narrow, min(most, LONGEST_WAVE_STEP))
 

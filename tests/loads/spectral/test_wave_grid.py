@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.issc_members import issc_members
 from tlpsim.loads.spectral.model import SpectralWaves
 from tlpsim.loads.spectral.problem import LONGEST_WAVE_STEP, MOST_COMPONENTS, WAVE_STEP, wave_step
@@ -118,3 +119,10 @@ def test_the_step_follows_the_width_and_the_number_of_directions() -> None:
     assert len(wave_grid(waves(many), wave_step(waves(many))).root) <= MOST_COMPONENTS
     assert wave_step(waves(replace(STATE, directions=32))) == LONGEST_WAVE_STEP
     assert wave_step(waves(replace(STATE, significant_height=0.0))) == WAVE_STEP
+
+
+def test_a_regular_wave_has_no_spectrum_to_follow() -> None:
+    table = SpectrumTable(frequency=np.array([0.0699, 0.07, 0.0701]), density=np.array([0.0, 600.0, 0.0]))
+    state = SeaState(table=table, significant_height=1.0, water_depth=450.0)
+    with pytest.raises(ScenarioError, match=r"spectrum of the waves is .* Hz wide, less than 0\.002 Hz"):
+        wave_step(SpectralWaves(state=state, members=MEMBERS))
