@@ -37,7 +37,7 @@ from tlpsim.loads.whole_file import whole_file
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.spectral_file import head, opened, read_response, write_response
 from tlpsim.scenarios.spectral_tables import ENDS, quantity_statistics
-from tlpsim.scenarios.time_domain import STATISTICS, RecordStatistics, records, require_records
+from tlpsim.scenarios.time_domain import STATISTICS, records, require_records
 
 FloatArray = NDArray[np.float64]
 
@@ -215,6 +215,7 @@ def compare(
     TlpsimError
         When one of the domains cannot take the scenario, or fails.
     """
+    from tlpsim.scenarios.parallel import cores
     from tlpsim.scenarios.spectral import spectral_response
 
     if count < 1:
@@ -227,29 +228,14 @@ def compare(
     names = tuple(name for name in response.quantities if name.startswith(_COMPARED))
     units = tuple(response.quantities[name].unit for name in names)
     made = records(scenario, count, names, units, cosimulation=cosimulation, workers=workers, progress=progress)
-    return _comparison(
-        scenario, cosimulation, response, made, names, (analysed - began, perf_counter() - analysed), workers
-    )
-
-
-def _comparison(
-    scenario: Scenario,
-    cosimulation: bool,
-    response: SpectralResponse,
-    made: Sequence[RecordStatistics],
-    names: tuple[str, ...],
-    seconds: tuple[float, float],
-    workers: int | None,
-) -> Comparison:
-    from tlpsim.scenarios.parallel import cores
-
+    simulated = perf_counter()
     samples = np.array([each.statistics for each in made])
     scatter, scattered = _scatter(names, samples)
     return Comparison(
         scenario=scenario,
         cosimulation=cosimulation,
         names=names,
-        units=tuple(response.quantities[name].unit for name in names),
+        units=units,
         samples=samples,
         seeds=np.array([[each.seeds["wind"], each.seeds["wave"]] for each in made]),
         frequency=made[0].frequency,
@@ -257,9 +243,9 @@ def _comparison(
         segments=sum(each.segments for each in made),
         response=response,
         times=Times(
-            frequency_domain=seconds[0],
+            frequency_domain=analysed - began,
             record=float(np.median([each.seconds for each in made])),
-            all_records=seconds[1],
+            all_records=simulated - analysed,
             workers=min(workers or cores(), len(made)),
             scatter=scatter,
             scattered=scattered,

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
@@ -21,9 +20,9 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
-from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.spectral.records import SpectralResponse, band_integral
 from tlpsim.scenarios.compare import Comparison
+from tlpsim.scenarios.figure_files import save
 from tlpsim.scenarios.spectral_tables import hours
 from tlpsim.scenarios.statistics import BAND_EDGES, TABLE_UNITS
 
@@ -57,23 +56,6 @@ def draw_comparison(folder: Path, comparison: Comparison) -> list[Path]:
         CONTRIBUTIONS: contributions_figure(comparison.response, comparison.scenario.title),
     }
     return save(folder, figures)
-
-
-def save(folder: Path, figures: dict[str, Figure]) -> list[Path]:
-    """Write figures into a folder, which is made where it is missing, and return the files.
-
-    Raises
-    ------
-    ScenarioError
-        When the folder cannot be written.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, figure in figures.items():
-            FigureCanvasAgg(figure).print_png(str(folder / name))
-    except OSError as error:
-        raise ScenarioError(f"cannot write figures to {folder}: {error.strerror}; name another folder") from error
-    return [folder / name for name in figures]
 
 
 def typeset(unit: str) -> str:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
@@ -28,6 +27,7 @@ from tlpsim.loads.waves.elevation import ArmaSea
 from tlpsim.loads.waves.sea import SeaState, wave_stream
 from tlpsim.loads.wind.field import WIND_STREAM, Gusts, WindField, wind_field
 from tlpsim.loads.wind.profile import Profile
+from tlpsim.scenarios.figure_files import save
 
 if TYPE_CHECKING:
     from tlpsim.scenarios.schema import Scenario
@@ -211,13 +211,7 @@ def draw_processes(folder: Path, scenario: Scenario | None = None, duration: flo
             "the scenario has neither gusts nor waves made by a digital filter: set wind.speed or "
             "waves.significant_height above zero and keep the built-in components"
         )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, figure in figures.items():
-            FigureCanvasAgg(figure).print_png(str(folder / name))
-    except OSError as error:
-        raise ScenarioError(f"cannot write figures to {folder}: {error.strerror}; name another folder") from error
-    return [folder / name for name in figures]
+    return save(folder, figures)
 
 
 def shown_points(target: NDArray[np.complex128]) -> tuple[int, int]:

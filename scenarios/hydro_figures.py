@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 from tlpsim.loads.bem.database import HydrodynamicDatabase, cached
 from tlpsim.loads.bem.mesh import panels, waterline_loops, whole
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
-from tlpsim.loads.errors import ScenarioError
+from tlpsim.scenarios.figure_files import save
 from tlpsim.scenarios.hull import read_hull
 from tlpsim.scenarios.hydro import frequency_bar, make_problem
 
@@ -70,13 +69,7 @@ def draw_hydrodynamics(folder: Path, database: HydrodynamicDatabase) -> list[Pat
         drawings["response_amplitude.png"] = response_figure
     if database.mesh is not None:
         drawings["mesh.png"] = mesh_figure
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, draw in drawings.items():
-            FigureCanvasAgg(draw(database)).print_png(str(folder / name))
-    except OSError as error:
-        raise ScenarioError(f"cannot write figures to {folder}: {error.strerror}; name another folder") from error
-    return [folder / name for name in drawings]
+    return save(folder, {name: draw(database) for name, draw in drawings.items()})
 
 
 def couplings(matrices: FloatArray) -> list[tuple[int, int]]:

@@ -198,7 +198,7 @@ def draw_sensitivity(folder: Path, found: Sensitivity) -> list[Path]:
     ScenarioError
         When the folder cannot be written.
     """
-    from tlpsim.scenarios.compare_figures import save
+    from tlpsim.scenarios.figure_files import save
 
     return save(folder, {FIGURE: tornado_figure(found)})
 

@@ -12,7 +12,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
-from tlpsim.loads.spectral.extremes import expected_extremes, zero_crossing_rate
 from tlpsim.loads.spectral.records import Quantity, SpectralResponse
 from tlpsim.scenarios.console import messages, output
 from tlpsim.scenarios.statistics import BAND_EDGES, TABLE_UNITS
@@ -54,10 +53,7 @@ def quantity_statistics(quantity: Quantity, duration: float) -> QuantityStatisti
     ScenarioError
         As `tlpsim.loads.spectral.extremes.expected_extremes`.
     """
-    extremes = expected_extremes(
-        quantity.mean, quantity.frequency, quantity.density, quantity.skewness, quantity.excess_kurtosis, duration
-    )
-    rate = zero_crossing_rate(quantity.frequency, quantity.density)
+    extremes, rate = quantity.extremes(duration), quantity.zero_crossing_rate
     return QuantityStatistics(
         mean=quantity.mean,
         low_frequency=quantity.spread(0.0, BAND_EDGES[0]),

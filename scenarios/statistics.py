@@ -176,7 +176,7 @@ class ResponseRow:
     minimum: float
 
 
-def _conversion(unit: str, wanted: str) -> float:
+def conversion(unit: str, wanted: str) -> float:
     """Factor from the unit of a recorded signal, an FMU's own, to the one wanted; 1 where it is not known."""
     try:
         return unit_conversion(unit, wanted, {}, {})[0]
@@ -255,7 +255,7 @@ def summary(results: Results, start: float | None = None, component: str = "plat
             continue
         unit, factor = TABLE_UNITS[degree]
         name = f"{component}.position.{degree}"
-        signal = factor * _conversion(results.unit(name), _SI_UNITS[degree]) * results.signal(name)
+        signal = factor * conversion(results.unit(name), _SI_UNITS[degree]) * results.signal(name)
         statistics = band_statistics(time, signal, start=start)
         notes += [statistics.note] if statistics.note else []
         motions.append(
@@ -296,7 +296,7 @@ def extreme_tensions(results: Results, start: float = 0.0, component: str = "pla
     if not names or not len(time):
         return None
     first, _ = _first_sample(time, start, BAND_EDGES[0])
-    factors = [_conversion(results.unit(f"{component}.{name}"), "N") for name in names]
+    factors = [conversion(results.unit(f"{component}.{name}"), "N") for name in names]
     tensions = np.stack(
         [factor * results.signal(f"{component}.{name}")[first:] for name, factor in zip(names, factors, strict=True)]
     )

@@ -21,13 +21,12 @@ from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds, to_tic
 from tlpsim.orchestrator.execution import run
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import System, bound_outputs
-from tlpsim.orchestrator.units import unit_conversion
 from tlpsim.scenarios.assemble import assembled
 from tlpsim.scenarios.monolithic import run_monolithic, twin
 from tlpsim.scenarios.parallel import in_parallel
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.sections import LARGEST_SEED
-from tlpsim.scenarios.statistics import BAND_EDGES, band_statistics
+from tlpsim.scenarios.statistics import BAND_EDGES, SHORTEST_RECORD_PERIODS, band_statistics, conversion
 
 FloatArray = NDArray[np.float64]
 
@@ -117,7 +116,7 @@ class PlatformRecorder(Observer):
         self._columns = [outputs.index(name) for name in self._own]
         self._factors = np.array(
             [
-                _factor(platform.instance.variables[name].unit, unit)
+                conversion(platform.instance.variables[name].unit or "", unit)
                 for name, unit in zip(self._own, self._units, strict=True)
             ]
         )
@@ -130,14 +129,6 @@ class PlatformRecorder(Observer):
     def samples(self) -> FloatArray:
         """Samples from time zero on, (samples, quantities)."""
         return np.concatenate(self._blocks)
-
-
-def _factor(unit: str | None, wanted: str) -> float:
-    """Factor from the unit of an output to the one wanted; 1 where it is not known."""
-    try:
-        return unit_conversion(unit or "", wanted, {}, {})[0]
-    except ValueError:
-        return 1.0
 
 
 def seeded(scenario: Scenario, number: int) -> Scenario:
@@ -175,7 +166,7 @@ def require_records(scenario: Scenario, cosimulation: bool) -> None:
         As `tlpsim.scenarios.monolithic.twin` or `tlpsim.scenarios.assemble.assembled`, and when the record is too short
         for the low-frequency band.
     """
-    shortest = 2.0 / BAND_EDGES[0]
+    shortest = SHORTEST_RECORD_PERIODS / BAND_EDGES[0]
     if scenario.simulation.duration < shortest:
         raise ScenarioError(
             f"simulation.duration is {scenario.simulation.duration:g} s; a comparison needs {shortest:.0f} s or more, "

@@ -13,6 +13,7 @@ TLP's surge period is 102.6 s with it and 97.9 s by M alone).
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -186,7 +187,7 @@ def static_equilibrium(
         found: NDArray[np.float64] | None = origin
         for number in range(1, increments + 1):
             if found is not None:
-                found = _newton(model, load * (number / increments), found)
+                found = balanced(partial(_unbalanced, model, load * (number / increments)), model.free, found)
         if found is not None:
             return found
         increments *= 2
@@ -197,19 +198,28 @@ def static_equilibrium(
     )
 
 
-def _newton(model: PlatformModel, load: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Newton's method from `start`; None when it does not converge."""
-    free, pose, step = model.free, start.copy(), 1e-30
+def _unbalanced(model: PlatformModel, load: NDArray[np.float64], pose: NDArray[Any]) -> NDArray[Any]:
+    return restoring_force(model, pose) - generalized_force(load, pose)
+
+
+def balanced(
+    residual: Callable[[NDArray[Any]], NDArray[Any]], free: NDArray[np.bool_], start: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Pose at which generalized forces vanish, by Newton's method; None when it does not converge.
+
+    Parameters
+    ----------
+    residual : generalized forces (6,) at a pose (6,), which may be complex.
+    free : (6,) bool, degrees of freedom that move; the others stay where they start.
+    start : (6,) m, rad.
+    """
+    pose, step = start.copy(), 1e-30
     if not np.any(free):
         return pose
-
-    def residual(at: NDArray[Any]) -> NDArray[Any]:
-        return (restoring_force(model, at) - generalized_force(load, at))[free]
-
     for _ in range(LARGEST_ITERATION):
-        tangent = np.column_stack([residual(pose + 1j * step * unit).imag / step for unit in np.eye(6)[free]])
+        tangent = np.column_stack([residual(pose + 1j * step * unit)[free].imag / step for unit in np.eye(6)[free]])
         try:
-            change = np.linalg.solve(tangent, -residual(pose))
+            change = np.linalg.solve(tangent, -residual(pose)[free])
         except np.linalg.LinAlgError:
             return None
         pose[free] += change

@@ -27,7 +27,7 @@ from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import SolverError
 from tlpsim.loads.hydro.radiation import frequency_response
 from tlpsim.loads.platform.body import generalized_force, turned_matrix, yaw_turn
-from tlpsim.loads.platform.equilibrium import ROUND_OFF
+from tlpsim.loads.platform.equilibrium import ROUND_OFF, balanced
 from tlpsim.loads.platform.motion import LARGEST_PHASE, PlatformModel, restoring_force, tangent_stiffness
 from tlpsim.loads.platform.tendons import tendon_loads
 from tlpsim.loads.spectral.records import Mode
@@ -35,13 +35,11 @@ from tlpsim.loads.spectral.records import Mode
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-LARGEST_ITERATION = 30
 _MEMORY_STEP = 0.005  # rad/s, a small part of 2 pi over the length of the memory
 _COMPLEX_STEP = 1e-30
 _UNDAMPED = 1e-5  # of critical: less is rounding
 _SAME = 1e-6  # relative difference of frequencies that are alike
 _DIFFERENCE = np.array([1e-2, 1e-2, 1e-2, 1e-5, 1e-5, 1e-5])  # m, rad, for second derivatives
-_FARTHEST, _LARGEST_ANGLE = 1e4, 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,10 +93,10 @@ class Dynamics:
     turn: FloatArray
 
 
-def _jacobian(function: Any, pose: FloatArray) -> FloatArray:
-    """Derivative of a function of a pose by a complex step, (m, 6)."""
+def jacobian(function: Any, pose: FloatArray) -> FloatArray:
+    """Derivative of a function (...) of a pose by a complex step, (..., 6)."""
     columns = [function(pose + 1j * _COMPLEX_STEP * unit).imag / _COMPLEX_STEP for unit in np.eye(6)]
-    return np.column_stack(columns)
+    return np.stack(columns, axis=-1)
 
 
 def generalized_loads(pose: FloatArray) -> FloatArray:
@@ -106,10 +104,10 @@ def generalized_loads(pose: FloatArray) -> FloatArray:
     return np.column_stack([generalized_force(unit, pose) for unit in np.eye(6)])
 
 
-def second_derivative(jacobian: Any, pose: FloatArray) -> FloatArray:
+def second_derivative(first: Any, pose: FloatArray) -> FloatArray:
     """Change of a Jacobian (m, 6) with the pose, (m, 6, 6), symmetric in the last two."""
     units = np.diag(_DIFFERENCE)
-    parts = [(jacobian(pose + unit) - jacobian(pose - unit)) / (2.0 * unit.max()) for unit in units]
+    parts = [(first(pose + unit) - first(pose - unit)) / (2.0 * unit.max()) for unit in units]
     found = np.stack(parts, axis=-1)
     return np.asarray(0.5 * (found + np.swapaxes(found, 1, 2)))
 
@@ -120,12 +118,15 @@ def restoring_curvature(platform: PlatformModel, pose: FloatArray) -> FloatArray
 
 
 def tension_expansion(platform: PlatformModel, pose: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Tensions at the tops T (t,) N, T' (t, 6) and T'' (t, 6, 6) at a pose, and the tops' less the bottoms' (t,)."""
+    """Tensions at the tops T (t,) N, T' (t, 6) and T'' (t, 6, 6) at a pose."""
 
-    def jacobian(at: FloatArray) -> FloatArray:
-        return _jacobian(lambda x: tendon_loads(platform.tendons, x)[1], at)
+    def tensions(at: NDArray[Any]) -> NDArray[Any]:
+        return tendon_loads(platform.tendons, at)[1]
 
-    return tendon_loads(platform.tendons, pose)[1], jacobian(pose), second_derivative(jacobian, pose)
+    def gradients(at: FloatArray) -> FloatArray:
+        return jacobian(tensions, at)
+
+    return tensions(pose), gradients(pose), second_derivative(gradients, pose)
 
 
 def mean_pose(
@@ -147,22 +148,14 @@ def mean_pose(
     SolverError
         Where there is no such position near.
     """
-    free, pose, origin = platform.free, start.copy(), float(start[5])
+    origin = float(start[5])
 
     def residual(at: NDArray[Any]) -> NDArray[Any]:
         return restoring_force(platform, at) + extra - generalized_force(load + yaw_slope * (at[5] - origin), at)
 
-    for _ in range(LARGEST_ITERATION):
-        tangent = _jacobian(residual, pose)[np.ix_(free, free)]
-        try:
-            change = np.linalg.solve(tangent, -residual(pose)[free])
-        except np.linalg.LinAlgError:
-            break
-        pose[free] += change
-        if not np.all(np.isfinite(pose)) or np.abs(pose[3:]).max() > _LARGEST_ANGLE or np.abs(pose).max() > _FARTHEST:
-            break
-        if np.abs(change).max(initial=0.0) <= 1e-10 * max(1.0, float(np.abs(pose).max())):
-            return pose
+    pose = balanced(residual, platform.free, start)
+    if pose is not None:
+        return pose
     raise SolverError(
         f"frequency domain: the platform finds no mean position under the mean load {load} (N, N·m) and what "
         f"fluctuations add, {-extra}: lower the loads, or check pretension and tendons"
@@ -194,7 +187,7 @@ def dynamics(
         When the platform is unstable there.
     """
     loads = generalized_loads(pose)
-    turning = _jacobian(lambda at: generalized_force(load.astype(np.complex128), at), pose)
+    turning = jacobian(lambda at: generalized_force(load.astype(np.complex128), at), pose)
     turning[:, 5] += loads @ yaw_slope
     whole = tangent_stiffness(platform, pose) - turning + loads @ stiffness
     mass = turned_matrix(platform.mass, float(pose[5]))
@@ -235,6 +228,20 @@ def transfer(system: Dynamics, memory: Memory, omega: FloatArray) -> ComplexArra
     if system.free.size:
         result[:, rows, columns] = np.linalg.inv(impedance[:, rows, columns])
     return result
+
+
+def operator(system: Dynamics, memory: Memory, omega: FloatArray, further: int = 0) -> ComplexArray:
+    """`transfer` beside the identity for further quantities, (n, 6 + further, 6 + further)."""
+    size = 6 + further
+    result = np.zeros((len(omega), size, size), dtype=np.complex128)
+    result[:, :6, :6] = transfer(system, memory, omega)
+    result[:, np.arange(6, size), np.arange(6, size)] = 1.0
+    return result
+
+
+def through(matrices: ComplexArray, response: ComplexArray) -> ComplexArray:
+    """Cross-spectra H S H^H of what responds to cross-spectra S (n, k, k) by H (n, m, k)."""
+    return np.asarray(response @ matrices @ np.conj(np.swapaxes(response, 1, 2)))
 
 
 def natural_modes(system: Dynamics, memory: Memory) -> tuple[Mode, ...]:

@@ -21,6 +21,7 @@ from tlpsim.loads.spectral.dynamics import (
     generalized_loads,
     mean_pose,
     restoring_curvature,
+    through,
     transfer,
 )
 from tlpsim.loads.spectral.group_damping import group_damping
@@ -326,9 +327,11 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
     with_mean = [value for name, value in means(parts, sea.grid).items() if name in WITH_MEAN]
     load = np.sum([np.zeros(6), *with_mean], axis=0)
     found = spectra(whole(parts, sea.grid), sea.grid)
-    rate = (2.0 * np.pi * problem.frequency) ** 2 * problem.weight
-    slow = _through(expanded.drifting, problem, found.difference.at(problem.frequency))
-    both = slow + _through(expanded.system, problem, found.total.at(problem.frequency))
+    omega = 2.0 * np.pi * problem.frequency
+    rate = omega**2 * problem.weight
+    responses = (transfer(each, problem.memory, omega) for each in (expanded.drifting, expanded.system))
+    slow, fast = map(through, (found.difference.at(problem.frequency), found.total.at(problem.frequency)), responses)
+    both = slow + fast
     damping, group_load = _group_damping(problem, expanded, np.einsum("m,mij->ij", rate, slow.real))
     return replace(
         state,
@@ -338,11 +341,6 @@ def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: Stat
         group_load=group_load,
         group_damping=damping,
     )
-
-
-def _through(system: Dynamics, problem: Problem, forces: ComplexArray) -> ComplexArray:
-    response = transfer(system, problem.memory, 2.0 * np.pi * problem.frequency)
-    return np.asarray(response @ forces @ np.conj(np.swapaxes(response, 1, 2)))
 
 
 def _group_damping(problem: Problem, expanded: Expanded, variance: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from tlpsim.loads.spectral import viscous
 from tlpsim.loads.spectral.bispectral import BispectralMatrix, difference_spectrum
 from tlpsim.loads.spectral.cumulants import QuadraticForm, beside, cumulants, from_waves
-from tlpsim.loads.spectral.dynamics import transfer
+from tlpsim.loads.spectral.dynamics import operator, transfer
 from tlpsim.loads.spectral.group_damping import damping_matrices, third_cumulant_change
 from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, second_order, wave_motion
 from tlpsim.loads.spectral.problem import SLOW_BAND, Problem
@@ -119,14 +119,8 @@ def _third_and_fourth(form: QuadraticForm) -> FloatArray:
 
 def _responses(problem: Problem, expanded: Expanded, matrices: BispectralMatrix) -> BispectralMatrix:
     """Matrices of positions and of quadratic quantities from those of forces and of the same quantities."""
-    size = len(matrices.difference)
-    operators = []
-    for frequency, system in (
-        (matrices.difference_frequency, expanded.drifting),
-        (matrices.total_frequency, expanded.system),
-    ):
-        operator = np.zeros((len(frequency), size, size), dtype=np.complex128)
-        operator[:, :6, :6] = transfer(system, problem.memory, 2.0 * np.pi * frequency)
-        operator[:, np.arange(6, size), np.arange(6, size)] = 1.0
-        operators.append(operator)
-    return matrices.through(*operators)
+    further = len(matrices.difference) - 6
+    return matrices.through(
+        operator(expanded.drifting, problem.memory, 2.0 * np.pi * matrices.difference_frequency, further),
+        operator(expanded.system, problem.memory, 2.0 * np.pi * matrices.total_frequency, further),
+    )

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.platform.body import rotation_matrix
 from tlpsim.loads.platform.tendons import tendon_loads
-from tlpsim.loads.spectral.dynamics import Dynamics, tension_expansion
+from tlpsim.loads.spectral.dynamics import Dynamics, jacobian, tension_expansion
 from tlpsim.loads.spectral.iteration import State
 from tlpsim.loads.spectral.model import SpectralModel
 from tlpsim.loads.spectral.records import Quantity, band_integral
@@ -28,7 +28,6 @@ from tlpsim.loads.spectral.records import Quantity, band_integral
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_COMPLEX_STEP = 1e-30
 _SAME = 1e-6  # relative difference of the derivatives of tendons that are alike
 
 
@@ -80,7 +79,6 @@ def outputs(model: SpectralModel, pose: FloatArray) -> Outputs:
     def places(at: NDArray[Any]) -> NDArray[Any]:
         return at[:3] + model.points @ rotation_matrix(at[3:]).T
 
-    columns = [places(pose + 1j * _COMPLEX_STEP * unit).imag / _COMPLEX_STEP for unit in np.eye(6)]
     return Outputs(
         tensions=tensions,
         bottom_less_top=bottoms - tensions,
@@ -89,7 +87,7 @@ def outputs(model: SpectralModel, pose: FloatArray) -> Outputs:
         kind=kind.ravel(),
         first=chosen,
         places=places(pose),
-        place_gradients=np.stack(columns, axis=-1),
+        place_gradients=jacobian(places, pose),
     )
 
 

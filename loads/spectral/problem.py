@@ -6,7 +6,7 @@ wide ones beyond.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -183,19 +183,33 @@ def wave_step(waves: SpectralWaves) -> float:
 
 def prepared(model: SpectralModel, step: float) -> Problem:
     """The model on grids whose slow motion has steps of `step` (Hz)."""
-    highest = _highest_frequency(model)
-    slow = step * np.arange(int(SLOW_BAND / step) + 1)
-    frequency = np.concatenate([slow, np.arange(slow[-1] + _FAST_STEP, highest, _FAST_STEP)])
     sea = None if model.waves is None else sea_on_grid(model.waves, wave_step(model.waves))
+    frequency = _slow_frequencies(model, step)
     return Problem(
         model=model,
-        memory=fluid_memory(model.platform, model.step, 2.0 * np.pi * highest),
+        memory=fluid_memory(model.platform, model.step, 2.0 * np.pi * _highest_frequency(model)),
         sea=sea,
         groups=None if sea is None or not len(sea.grid.root) else _groups(sea),
         gusts=None if model.wind is None else gusts_on_grid(model.wind, frequency),
         frequency=frequency,
         weight=trapezoidal_weights(frequency),
     )
+
+
+def refined(problem: Problem, step: float) -> Problem:
+    """The problem with other steps of slow motion (Hz); waves and memory do not depend on them."""
+    wind, frequency = problem.model.wind, _slow_frequencies(problem.model, step)
+    return replace(
+        problem,
+        gusts=None if wind is None else gusts_on_grid(wind, frequency),
+        frequency=frequency,
+        weight=trapezoidal_weights(frequency),
+    )
+
+
+def _slow_frequencies(model: SpectralModel, step: float) -> FloatArray:
+    slow = step * np.arange(int(SLOW_BAND / step) + 1)
+    return np.concatenate([slow, np.arange(slow[-1] + _FAST_STEP, _highest_frequency(model), _FAST_STEP)])
 
 
 def acting_sea(problem: Problem) -> SeaOnGrid | None:

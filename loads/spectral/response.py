@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from tlpsim.loads.spectral.decomposition import cross_spectrum
-from tlpsim.loads.spectral.dynamics import natural_modes, require_damped, transfer
+from tlpsim.loads.spectral.dynamics import natural_modes, operator, require_damped, through
 from tlpsim.loads.spectral.iteration import (
     SECOND_ORDER,
     TOLERANCE,
@@ -49,6 +49,7 @@ from tlpsim.loads.spectral.problem import (
     acting_sea,
     gusts_on_grid,
     prepared,
+    refined,
     sea_on_grid,
 )
 from tlpsim.loads.spectral.quadratic_forms import product_spectrum, square_spectrum
@@ -127,12 +128,15 @@ def _respond(model: SpectralModel, step: float, tolerance: float) -> SpectralRes
     )
     if fluctuates and (needed := _needed_step(natural_modes(first_expansion(problem).system, problem.memory))) < step:
         step = max(needed, SHORTEST_STEP)
-        problem = prepared(model, step)
+        problem = refined(problem, step)
     prepared_at = time.perf_counter()
-    expanded, first, state, changes = converged(problem, tolerance)
-    modes = natural_modes(expanded.system, problem.memory)
-    if fluctuates and (needed := _needed_step(modes)) < _NEARLY * step and step > SHORTEST_STEP:
-        return _respond(model, max(needed, SHORTEST_STEP), tolerance)
+    while True:
+        expanded, first, state, changes = converged(problem, tolerance)
+        modes = natural_modes(expanded.system, problem.memory)
+        if not fluctuates or (needed := _needed_step(modes)) >= _NEARLY * step or step <= SHORTEST_STEP:
+            break
+        step = max(needed, SHORTEST_STEP)
+        problem = refined(problem, step)
     iterated = time.perf_counter()
     return _evaluated(problem, expanded, first, state, changes, modes, step, (began, prepared_at, iterated))
 
@@ -140,15 +144,6 @@ def _respond(model: SpectralModel, step: float, tolerance: float) -> SpectralRes
 def _needed_step(modes: tuple[Mode, ...]) -> float:
     require_damped(modes)
     return min((mode.damping_ratio / mode.period / STEPS_IN_WIDTH for mode in modes), default=np.inf)
-
-
-def _through(matrices: ComplexArray, response: ComplexArray) -> ComplexArray:
-    """Spectra (m, k, k) of positions and further quantities from those of forces (6) and of these quantities."""
-    size = matrices.shape[1]
-    operator = np.zeros((len(response), size, size), dtype=np.complex128)
-    operator[:, :6, :6] = response
-    operator[:, np.arange(6, size), np.arange(6, size)] = 1.0
-    return np.asarray(operator @ matrices @ np.conj(np.swapaxes(operator, 1, 2)))
 
 
 def _evaluated(
@@ -164,29 +159,31 @@ def _evaluated(
     """Spectra of everything on fine frequencies."""
     model, system, sea = problem.model, expanded.system, acting_sea(problem)
     frequency = step * np.arange(round(problem.frequency[-1] / step) + 1)
-    response = transfer(system, problem.memory, 2.0 * np.pi * frequency)
-    drifting = transfer(expanded.drifting, problem.memory, 2.0 * np.pi * frequency)
     asked = outputs(model, system.pose)
+    further = len(asked.curvatures)
+    drifting, response = (
+        operator(each, problem.memory, 2.0 * np.pi * frequency, further) for each in (expanded.drifting, system)
+    )
     waves, elevation = _waves(problem, expanded, frequency)
     parts: dict[str, ComplexArray] = {}
     slow = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
     if problem.gusts is not None:
-        parts["wind"] = _wind(problem.gusts, problem, expanded, frequency, response, waves)
+        parts["wind"] = _wind(problem.gusts, problem, expanded, frequency, response[:, :6, :6], waves)
         slow += parts["wind"]
     first = np.einsum("ifr,jfr->fij", waves, waves.conj(), optimize=True)
-    found = np.zeros((len(frequency), 6 + len(asked.curvatures), 6 + len(asked.curvatures)), dtype=np.complex128)
+    found = np.zeros_like(response)
     found[:, :6, :6] = slow + first
     second = None if sea is None else second_order(sea, expanded, first_order, asked.curvatures)
     if sea is not None and second is not None:
         parts["waves"] = first
         for name, each in _spectra(second, sea).items():
-            low = _through(each.difference.at(frequency), drifting)
-            both = low + _through(each.total.at(frequency), response)
+            low = through(each.difference.at(frequency), drifting)
+            both = low + through(each.total.at(frequency), response)
             parts[name] = both[:, :6, :6].copy()
-        # The last one is that of all parts.
-        slow += low[:, :6, :6]
-        found += both
-    products = _through(_products(expanded, asked, slow, first, frequency), response)
+            if name == ALL_SECOND_ORDER:
+                slow += low[:, :6, :6]
+                found += both
+    products = through(_products(expanded, asked, slow, first, frequency), response)
     parts[PRODUCTS] = products[:, :6, :6]
     found += products
     evaluated = time.perf_counter()
@@ -249,7 +246,7 @@ def _wind(
     speeds = others @ np.conj(np.swapaxes(others, 1, 2))
     speeds[:count] += cross_spectrum(relative_speeds(gusts, along, motion))
     forces = square_spectrum(frequency, speeds, expanded.system.loads @ expanded.wind.on_squares)
-    return result + response @ forces @ np.conj(np.swapaxes(response, 1, 2))
+    return result + through(forces, response)
 
 
 def _spectra(parts: SecondOrder, sea: SeaOnGrid) -> dict[str, QuadraticSpectra]:

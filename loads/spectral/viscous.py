@@ -100,7 +100,7 @@ class LinearDrag:
 
     Attributes
     ----------
-    mean
+    mean, splash_mean
         (6,) N, N·m, of strips and of the splash zone.
     damping, stiffness
         (6, 6), on the rates and the displacements of the platform.
