@@ -30,7 +30,7 @@ from tlpsim.orchestrator.system import Component, System
 from tlpsim.scenarios.results import open_results
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.statistics import band_statistics
+from tlpsim.scenarios.statistics.bands import band_statistics
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "typical_tlp.toml"
 TLPSIM = [sys.executable, "-m", "tlpsim.scenarios.cli"]

@@ -28,7 +28,8 @@ from tlpsim.loads.issc_tlp import DRAUGHT, Hull
 from tlpsim.scenarios.paper import TABLE_I
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.spectral import spectral_response
-from tlpsim.scenarios.statistics import BAND_EDGES, TABLE_UNITS
+from tlpsim.scenarios.statistics.bands import BAND_EDGES
+from tlpsim.scenarios.statistics.summary import TABLE_UNITS
 
 FloatArray = NDArray[np.float64]
 

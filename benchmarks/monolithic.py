@@ -16,7 +16,7 @@ from report import Row, at_least, at_most, main
 from tlpsim.scenarios.results import Results
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.statistics import summary
+from tlpsim.scenarios.statistics.summary import summary
 
 LARGEST_DEVIATION = 0.5  # %, of a standard deviation
 LARGEST_TENSION_ERROR = 1.0  # %

@@ -39,7 +39,8 @@ from tlpsim.scenarios.monolithic import twin
 from tlpsim.scenarios.paper import TABLE_I
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.spectral import spectral_model, spectral_response
-from tlpsim.scenarios.statistics import BAND_EDGES, TABLE_UNITS, band_statistics
+from tlpsim.scenarios.statistics.bands import BAND_EDGES, band_statistics
+from tlpsim.scenarios.statistics.summary import TABLE_UNITS
 
 FloatArray = NDArray[np.float64]
 

@@ -18,7 +18,6 @@ two domains at the same precision.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -34,6 +33,7 @@ from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.spectral.records import SpectralResponse
 from tlpsim.loads.whole_file import whole_file
+from tlpsim.scenarios.json_text import json_text
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.spectral_file import head, opened, read_response, write_response
 from tlpsim.scenarios.spectral_tables import ENDS, quantity_statistics
@@ -335,17 +335,8 @@ def comparison_json(comparison: Comparison) -> str:
         "modes": [_fields(mode) for mode in comparison.response.modes],
         "times": {**_fields(times), "records_needed": times.records_needed, "ratio": times.ratio},
     }
-    return json.dumps(without_nan(content), indent=1)
+    return json_text(content)
 
 
 def _fields(record: Any) -> dict[str, Any]:
     return {name: getattr(record, name) for name in type(record).__slots__}
-
-
-def without_nan(value: Any) -> Any:
-    """Nested content with null for numbers that are not finite, which JSON has not."""
-    if isinstance(value, dict):
-        return {key: without_nan(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [without_nan(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

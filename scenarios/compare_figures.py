@@ -24,7 +24,8 @@ from tlpsim.loads.spectral.records import SpectralResponse, band_integral
 from tlpsim.scenarios.compare import Comparison
 from tlpsim.scenarios.figure_files import save
 from tlpsim.scenarios.spectral_tables import hours
-from tlpsim.scenarios.statistics import BAND_EDGES, TABLE_UNITS
+from tlpsim.scenarios.statistics.bands import BAND_EDGES
+from tlpsim.scenarios.statistics.summary import TABLE_UNITS
 
 FloatArray = NDArray[np.float64]
 

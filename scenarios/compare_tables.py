@@ -11,7 +11,7 @@ from tlpsim.scenarios.compare import PRECISION, Comparison, ComparisonRow
 from tlpsim.scenarios.console import output
 from tlpsim.scenarios.paper import CAVEAT, SOURCE, TABLE_I
 from tlpsim.scenarios.spectral_tables import ENDS, LOW, WAVE, hours, number, worst_tendons
-from tlpsim.scenarios.statistics import TABLE_UNITS
+from tlpsim.scenarios.statistics.summary import TABLE_UNITS
 
 _PARTS = {"mean": "mean", "low_frequency": f"std {LOW} Hz", "wave_frequency": f"std {WAVE} Hz"}
 _EXTREMES = {"mean": "mean", "std": "std", "maximum": "max", "minimum": "min"}

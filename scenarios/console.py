@@ -124,7 +124,7 @@ def print_summary(results: Results) -> None:
     if not results.has_scenario:
         _print_statistics(results)
         return
-    from tlpsim.scenarios.statistics import summary
+    from tlpsim.scenarios.statistics.summary import summary
 
     found = summary(results)
     table = Table(title=f"{results.title}: {found.description}; frequencies in Hz")

@@ -20,4 +20,4 @@ TABLE_I: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "pitch": {"mean": (6.55, 6.22), "low_frequency": (1.01, 1.11), "wave_frequency": (1.63, 1.77)},
     "yaw": {"mean": (2.94, 2.80), "low_frequency": (0.47, 0.48), "wave_frequency": (0.35, 0.34)},
 }
-"""Time and frequency domain by degree of freedom and statistic, in `tlpsim.scenarios.statistics.TABLE_UNITS`."""
+"""Time and frequency domain by degree of freedom and statistic, in `statistics.summary.TABLE_UNITS`."""

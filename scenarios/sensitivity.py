@@ -18,7 +18,7 @@ from tlpsim.scenarios.parallel import in_parallel
 from tlpsim.scenarios.problems import nearest
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.spectral_tables import ENDS, quantity_statistics
-from tlpsim.scenarios.statistics import TABLE_UNITS
+from tlpsim.scenarios.statistics.summary import TABLE_UNITS
 
 ENVIRONMENT = (
     "wind.speed",

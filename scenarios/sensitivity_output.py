@@ -14,8 +14,8 @@ from rich.table import Table
 
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.whole_file import whole_file
-from tlpsim.scenarios.compare import without_nan
 from tlpsim.scenarios.console import output
+from tlpsim.scenarios.json_text import json_text
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.sensitivity import STATISTICS, Change, Sensitivity
 from tlpsim.scenarios.spectral_file import head, opened
@@ -104,7 +104,7 @@ def sensitivity_rows(found: Sensitivity) -> list[dict[str, Any]]:
 def sensitivity_json(found: Sensitivity) -> str:
     """Rows and notes as JSON; what is not known is null."""
     content = {"title": found.scenario.title, "notes": list(found.notes), "rows": sensitivity_rows(found)}
-    return json.dumps(without_nan(content), indent=1)
+    return json_text(content)
 
 
 def require_output(path: Path) -> None:

@@ -14,7 +14,8 @@ from rich.table import Table
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.spectral.records import Quantity, SpectralResponse
 from tlpsim.scenarios.console import messages, output
-from tlpsim.scenarios.statistics import BAND_EDGES, TABLE_UNITS
+from tlpsim.scenarios.statistics.bands import BAND_EDGES
+from tlpsim.scenarios.statistics.summary import TABLE_UNITS
 
 ENDS = {"top": "tendon_tension", "bottom": "tendon_bottom_tension"}
 """Quantities of the tensions at the two ends of a tendon, by what the end is called."""
@@ -29,7 +30,7 @@ class QuantityStatistics:
     Attributes
     ----------
     mean, low_frequency, wave_frequency, std
-        As of `tlpsim.scenarios.statistics.BandStatistics`, but for an ensemble of records.
+        As of `tlpsim.scenarios.statistics.bands.BandStatistics`, but for an ensemble of records.
     maximum, minimum
         Expected in the duration.
     period

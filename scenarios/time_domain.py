@@ -26,12 +26,13 @@ from tlpsim.scenarios.monolithic import run_monolithic, twin
 from tlpsim.scenarios.parallel import in_parallel
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.sections import LARGEST_SEED
-from tlpsim.scenarios.statistics import BAND_EDGES, SHORTEST_RECORD_PERIODS, band_statistics, conversion
+from tlpsim.scenarios.statistics.bands import BAND_EDGES, SHORTEST_RECORD_PERIODS, band_statistics
+from tlpsim.scenarios.statistics.summary import conversion
 
 FloatArray = NDArray[np.float64]
 
 STATISTICS = ("mean", "low_frequency", "wave_frequency", "std", "maximum", "minimum")
-"""Of each quantity of a record, fields of `tlpsim.scenarios.statistics.BandStatistics`."""
+"""Of each quantity of a record, fields of `tlpsim.scenarios.statistics.bands.BandStatistics`."""
 SEGMENT = 1800.0
 """Length of the segments of the spectra at most, s: one line in 0.56 mHz"""
 HIGHEST_FREQUENCY = 0.7

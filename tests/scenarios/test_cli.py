@@ -185,7 +185,7 @@ BAD_HULLS = {
 def test_bem_tells_what_is_wrong_and_leaves_nothing(
     hull_file: Path, tmp_path: Path, case: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from tlpsim.scenarios.cli import main
+    from tlpsim.scenarios.cli.main import main
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "broken.gdf").write_text("one panel\n1 9.81\n0 0\n1\n0 0 -1  1 0 -1  1 1 -1  0 1 -1\n")

@@ -13,7 +13,7 @@ from time import monotonic, sleep
 import pytest
 
 from tlpsim.loads.spectral.records import SpectralResponse
-from tlpsim.scenarios.cli import main
+from tlpsim.scenarios.cli.main import main
 from tlpsim.scenarios.compare_figures import CONTRIBUTIONS, SPECTRA, SURGE
 
 Run = Callable[..., tuple[int, str, str]]

@@ -37,7 +37,7 @@ from tlpsim.scenarios.compare_tables import print_comparison
 from tlpsim.scenarios.parallel import in_parallel
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.statistics import band_statistics
+from tlpsim.scenarios.statistics.bands import band_statistics
 from tlpsim.scenarios.time_domain import (
     STATISTICS,
     Case,

@@ -11,7 +11,7 @@ from tlpsim.loads.errors import ScenarioError, TlpsimError, WiringError
 from tlpsim.orchestrator.system import Adaptation, Iteration
 from tlpsim.orchestrator.table import write_table
 from tlpsim.scenarios.assemble import assembled
-from tlpsim.scenarios.cli import app
+from tlpsim.scenarios.cli.main import app
 from tlpsim.scenarios.generic import export
 from tlpsim.scenarios.results import Results, open_results
 from tlpsim.scenarios.run import run_scenario

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from tlpsim.fmus.build import built_in
 from tlpsim.loads.errors import ScenarioError, TlpsimError
 from tlpsim.orchestrator.system import System
-from tlpsim.scenarios.cli import app
+from tlpsim.scenarios.cli.main import app
 from tlpsim.scenarios.generic import export, opened, run_system
 from tlpsim.scenarios.results import ResultsError, open_results
 from tlpsim.scenarios.run import run_scenario

@@ -18,7 +18,7 @@ from tlpsim.scenarios.monolithic import twin
 from tlpsim.scenarios.results import Results, open_results
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.statistics import summary
+from tlpsim.scenarios.statistics.summary import summary
 
 DEGREES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 

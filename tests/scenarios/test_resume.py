@@ -19,7 +19,7 @@ from tlpsim.loads.errors import ScenarioError, TlpsimError, WiringError
 from tlpsim.orchestrator.checkpoint import CheckpointError, Checkpoints, read
 from tlpsim.orchestrator.fmi.log import Message, parsed
 from tlpsim.orchestrator.observers import Observer
-from tlpsim.scenarios.cli import app
+from tlpsim.scenarios.cli.main import app
 from tlpsim.scenarios.console import ProgressBar
 from tlpsim.scenarios.generic import opened, run_system
 from tlpsim.scenarios.results import Results, open_results

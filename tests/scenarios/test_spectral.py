@@ -15,7 +15,7 @@ from tlpsim.orchestrator.clock import to_seconds
 from tlpsim.scenarios.monolithic import twin
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.spectral import spectral_model, spectral_response
-from tlpsim.scenarios.statistics import band_statistics
+from tlpsim.scenarios.statistics.bands import band_statistics
 
 SIX = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 HEADINGS = {"wind": 34.5, "waves": 21.6, "current": 96.0}

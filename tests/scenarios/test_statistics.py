@@ -14,7 +14,8 @@ from tlpsim.orchestrator.system import Component, System
 from tlpsim.scenarios.results import Results, ResultsError, open_results
 from tlpsim.scenarios.results_writer import ResultsWriter
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.statistics import band_statistics, extreme_tensions, summary
+from tlpsim.scenarios.statistics.bands import band_statistics
+from tlpsim.scenarios.statistics.summary import extreme_tensions, summary
 
 
 def sine(time: np.ndarray, period: float, deviation: float, phase: float = 0.0) -> np.ndarray:

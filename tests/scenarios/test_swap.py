@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 from tlpsim.fmus.build import build
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios.cli import app
+from tlpsim.scenarios.cli.main import app
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.statistics import summary
+from tlpsim.scenarios.statistics.summary import summary
 from tlpsim.scenarios.swap import swap, write_scenario
 from tlpsim.scenarios.writing import to_toml
 

@@ -7,7 +7,7 @@ import pytest
 
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
-from tlpsim.scenarios.statistics import summary
+from tlpsim.scenarios.statistics.summary import summary
 
 DATA = Path(__file__).parent / "data"
 # Two cases on the ISSC TLP from a separate calculation in the frequency domain, of surge, sway (m), heave (cm), roll,

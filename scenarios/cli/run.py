@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios.cli_options import Duration, Seed, Settings, interruptible, load
+from tlpsim.scenarios.cli.options import Duration, Seed, Settings, interruptible, load
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.coupling_report import CouplingMeter

@@ -12,6 +12,7 @@ import typer
 if TYPE_CHECKING:
     from tlpsim.scenarios.schema import Scenario
 
+ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Set a key of the scenario, as in waves.significant_height=9."),
@@ -46,3 +47,8 @@ def load(path: Path, duration: str | None, seed: int | None, settings: list[str]
     if seed is not None:
         overrides.append(f"simulation.seed={seed}")
     return Scenario.load(path, overrides)
+
+
+def show_warning(message: Warning | str, *origin: object, **_: object) -> None:
+    """Show a warning as one line; to take the place of `warnings.showwarning`."""
+    typer.echo(f"tlpsim: warning: {message}", err=True)

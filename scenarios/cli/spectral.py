@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios.cli_options import Duration, Seed, Settings, interruptible, load
+from tlpsim.scenarios.cli.options import Duration, Seed, Settings, interruptible, load
 
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
 Workers = Annotated[

@@ -1,0 +1,1 @@
+"""Statistics of results: by frequency band, distributions, extremes, fatigue, each with its confidence interval."""
