@@ -1,22 +1,29 @@
-"""Results of a run: one HDF5 file, written as the run goes (`tlpsim.scenarios.results_writer`), read by `open_results`.
+"""Results of a run: one HDF5 file, written as the run goes (`tlpsim.scenarios.results_writer`).
 
-Layout, ``schema_version`` 1. Any HDF5 or netCDF-4 reader can open it; to xarray each group is a dataset.
+`open` gives it as an xarray Dataset, `open_results` as a record with the scenario and everything else that is in it.
+
+Layout, ``schema_version`` 2. Any HDF5 or netCDF-4 reader can open it; to xarray each group is a dataset.
 
 - file attributes: ``format`` ("tlpsim results"), ``schema_version``, ``title``, ``scenario`` (JSON of the
   whole scenario; of a run without one ``system``, see `tlpsim.scenarios.generic`), ``seeds`` and ``versions``
-  (JSON), ``created`` (UTC, ISO 8601), ``status`` ("running", then
-  "complete" or "failed: reason") and, after the run, ``wall_time`` (s)
+  (JSON), ``created`` (UTC, ISO 8601), ``status`` ("running", then "complete" or "failed: reason") and, after the
+  run, ``wall_time`` (s) and ``coupling`` (JSON, a list of the fields of
+  `tlpsim.orchestrator.coupling_report.ConnectionMeasure`)
 - a group for each component, with attributes ``step`` (s), what the component says of its origin (``fmu``,
   ``sha256``, ...) and, after the run, ``steps`` (number of them) and ``wall_time`` (s, spent in them)
 - in a group ``time`` (s; the master's whole nanoseconds divided by 1e9), the dimension scale of all others,
   and a dataset for each recorded variable, named by the variable as in the contract: ``position.surge``,
-  attributes ``variable``, ``units``, ``description``. Values are float64, one for each time. They are not compressed;
-  a chunk in which a signal keeps its first value, which is the dataset's fill value, takes no room. The group of a
-  run that ended before its first sample is empty.
+  attributes ``variable``, ``units``, ``long_name``. Values are float64, one for each time. A chunk in which a signal
+  keeps its first value, which is the dataset's fill value, takes no room; the others are shuffled and deflated when the
+  run is complete. The group of a run that ended before its first sample is empty.
+
+Version 1 called ``long_name`` ``description``, compressed nothing and had no ``coupling``.
 
 While the run goes the file is called NAME.part. It gets its name when the run is complete, so that a file
 of that name never holds half a run. Components that are stepped ahead are recorded to the end of the run only.
 """
+
+from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
@@ -24,18 +31,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.errors import TlpsimError
+from tlpsim.orchestrator.coupling_report import ConnectionMeasure
 from tlpsim.scenarios.problems import nearest
 from tlpsim.scenarios.schema import Scenario
 
+if TYPE_CHECKING:
+    import xarray
+
 FORMAT = "tlpsim results"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+_DESCRIPTIONS = ("long_name", "description")  # of a variable, in version 2 and in version 1
 
 
 class ResultsError(TlpsimError):
@@ -111,6 +123,11 @@ class Results:
     def versions(self) -> dict[str, str]:
         """Versions of the packages that the run used."""
         return dict(json.loads(self.attributes["versions"]))
+
+    @property
+    def coupling(self) -> tuple[ConnectionMeasure, ...]:
+        """Errors of interpolation and extrapolation that the run measured; none of one that is not complete."""
+        return tuple(ConnectionMeasure(**each) for each in json.loads(self.attributes.get("coupling", "[]")))
 
     def signals(self, component: str) -> tuple[str, ...]:
         """Names of the recorded variables of a component, without the component's name."""
@@ -196,7 +213,7 @@ def open_results(path: str | Path) -> Results:
                     str(dataset.attrs["variable"]): Signal(
                         dataset=key,
                         unit=str(dataset.attrs["units"]),
-                        description=str(dataset.attrs["description"]),
+                        description=str(next(dataset.attrs[key] for key in _DESCRIPTIONS if key in dataset.attrs)),
                     )
                     for key, dataset in datasets.items()
                 }
@@ -209,6 +226,43 @@ def open_results(path: str | Path) -> Results:
             _signals=MappingProxyType(signals),
             _samples=MappingProxyType(samples),
         )
+
+
+def open(path: str | Path) -> xarray.Dataset:
+    """Open a results file as a dataset of xarray, complete or not; values are read when they are asked for.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each recorded signal, such as ``platform.position.surge``, over the time of its component, a
+        coordinate such as ``platform.time`` in s; with attributes ``units`` and ``long_name``. Its own attributes are
+        those of the file, and those of the components as ``wave.step``, ``platform.sha256``, ... Close it, or use
+        it in a ``with``.
+
+    Raises
+    ------
+    ResultsError
+        As `open_results`.
+    """
+    import xarray
+
+    results = open_results(path)
+    with _open(results.path) as file:
+        locked = file.id.get_access_plist().get_file_locking()[0]
+    opening: dict[str, Any] = {"engine": "h5netcdf", "decode_times": False}
+    if not locked:  # as the file was opened before, since HDF5 does not mix the two in one program
+        opening["driver_kwds"] = {"locking": False}
+    parts = []
+    attributes = dict(results.attributes)
+    for component, details in results.components.items():
+        part = xarray.open_dataset(path, group=component, **opening)
+        found = part.isel(time=slice(results._samples[component])) if part.sizes else part
+        names = {key: f"{component}.{found[key].attrs.pop('variable')}" for key in found.data_vars}
+        parts.append(found.drop_attrs(deep=False).rename(names | {key: f"{component}.{key}" for key in found.coords}))
+        attributes |= {f"{component}.{key}": value for key, value in details.items()}
+    whole = xarray.merge(parts)
+    whole.attrs = attributes
+    return whole
 
 
 def is_being_written(destination: str | Path) -> bool:
@@ -238,6 +292,8 @@ def _open(path: Path) -> Iterator[h5py.File]:
         except BlockingIOError:  # a run is writing it, and what it has written stands
             file = h5py.File(path, "r", locking=False)
             hint = "; a run is writing it: try again"
+        except OSError:  # perhaps this program has had it open since a run wrote it
+            file = h5py.File(path, "r", locking=False)
         with file:
             yield file
     except (OSError, RuntimeError, KeyError) as error:

@@ -1,9 +1,9 @@
 """Writing of results while a run goes, in the layout of `tlpsim.scenarios.results`.
 
-Samples are gathered by component in chunks of some megabytes, which go to the file as they are: the signals of a storm
-would shrink by a fifth, and packing them would take longer than quick components. About once a second the file is
-brought to where a reader finds all samples so far. A chunk that is not full yet keeps its place in the file from then
-on, so that a killed run leaves a file that holds what it had at that moment.
+Samples are gathered by component in chunks of some megabytes, which go to the file as they are. About once a second the
+file is brought to where a reader finds all samples so far. A chunk that is not full yet keeps its place in the file
+from then on, so that a killed run leaves a file that holds what it had at that moment. When the run is complete the
+chunks are compressed, see `tlpsim.scenarios.results_packing`.
 """
 
 import datetime
@@ -12,6 +12,7 @@ import json
 import os
 import platform
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -22,10 +23,12 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.errors import TlpsimError
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
+from tlpsim.orchestrator.coupling_report import CouplingMeter
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import Component, System, bound_outputs
 from tlpsim.scenarios.recording import Recording, recording_of, select_signals
 from tlpsim.scenarios.results import FORMAT, SCHEMA_VERSION, ResultsError
+from tlpsim.scenarios.results_packing import pack
 from tlpsim.scenarios.schema import Scenario
 
 if TYPE_CHECKING:
@@ -37,7 +40,7 @@ FLUSH_INTERVAL = 1.0
 _FLUSH_SHARE = 0.05  # of the wall time, at most
 _CHUNK_BYTES = 4_000_000  # of a component
 _FEWEST_ROWS, _MOST_ROWS = 1024, 16384  # of a chunk
-_PACKAGES = ("tlpsim", "numpy", "scipy", "numba", "fmpy")
+_PACKAGES = ("tlpsim", "numpy", "scipy", "numba", "fmpy", "h5py")
 
 
 def chunk_length(signals: int, samples: int) -> int:
@@ -78,14 +81,14 @@ class _Group:
         self._first = first.view(np.int64)[:, np.newaxis]
         storage = {"shape": (0,), "maxshape": (None,), "chunks": (length,), "dtype": "f8"}
         scale = self._group.create_dataset("time", fillvalue=first[0], **storage)
-        scale.attrs.update({"units": "s", "description": "time from the start of the simulation"})
+        scale.attrs.update({"units": "s", "long_name": "time from the start of the simulation"})
         scale.make_scale("time")
         self._datasets = [scale.id]
         for (output, variable), value in zip(self._names, first[1:], strict=True):
             signal = self._group.create_dataset(_dataset_name(variable), fillvalue=value, **storage)
             declared = self._component.instance.variables[output]
             signal.attrs.update(
-                {"variable": variable, "units": declared.unit or "", "description": declared.description or ""}
+                {"variable": variable, "units": declared.unit or "", "long_name": declared.description or ""}
             )
             signal.dims[0].attach_scale(scale)
             self._datasets.append(signal.id)
@@ -143,6 +146,7 @@ class ResultsWriter(Observer):
         self._recording = run if isinstance(run, Recording) else recording_of(run)
         self._file: h5py.File | None = None
         self._groups: list[_Group] = []
+        self._meter = CouplingMeter()
         self._due = 0.0
         folder = self.path.resolve().parent
         if self.path.is_dir():
@@ -192,6 +196,7 @@ class ResultsWriter(Observer):
             self._file.flush()
         except OSError as error:
             raise ResultsError(f"{self.part_path}: the results file cannot be created: {error}") from error
+        self._meter.started(system)
 
     def sampled(self, index: int, times: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Keep samples of a component; full chunks go to the file, and all samples when it is time to.
@@ -212,6 +217,7 @@ class ResultsWriter(Observer):
         """
         try:
             self._groups[index].take(times, values, self._recording.end)
+            self._meter.sampled(index, times, values)
             began = monotonic()
             if began >= self._due:
                 self._flush()
@@ -242,11 +248,23 @@ class ResultsWriter(Observer):
     def _finish(self, reason: BaseException | None, summary: "RunSummary") -> None:
         assert self._file is not None
         self._file.attrs["wall_time"] = summary.wall_time
+        self._file.attrs["coupling"] = json.dumps([asdict(measure) for measure in self._meter.measures()])
         for component in summary.components:
             self._file[component.name].attrs.update({"steps": component.steps, "wall_time": component.wall_time})
         self._file.attrs["status"] = "complete" if reason is None else f"failed: {_one_line(reason)}"
         self._file.close()
         if reason is None:
+            self._pack()
+
+    def _pack(self) -> None:
+        """Compress the complete file into one of its name; where there is no room for that it stays as it is."""
+        packed = self.path.with_name(self.path.name + ".packing")
+        try:
+            pack(self.part_path, packed)
+            os.replace(packed, self.path)
+            self.part_path.unlink()
+        except OSError:
+            packed.unlink(missing_ok=True)
             os.replace(self.part_path, self.path)
 
     def _flush(self) -> None:

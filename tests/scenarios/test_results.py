@@ -75,7 +75,7 @@ def test_a_run_is_read_back_as_it_was(tmp_path: Path) -> None:
     assert results.scenario == chosen
     assert results.title == chosen.title
     assert results.seeds == chosen.seeds()
-    assert set(results.versions) == {"tlpsim", "numpy", "scipy", "numba", "fmpy", "python"}
+    assert set(results.versions) == {"tlpsim", "numpy", "scipy", "numba", "fmpy", "h5py", "python"}
     assert list(results.components) == ["wind", "platform"]
     # In the order of the component, by the contract's names, "time" and "/" notwithstanding.
     assert results.signals("platform") == ("position.surge", "tendon_tension[1]", "time", "a/b")
@@ -101,13 +101,15 @@ def test_the_layout_is_that_of_the_documentation(tmp_path: Path) -> None:
     write(tmp_path / "storm.h5", scenario())
     with h5py.File(tmp_path / "storm.h5") as file:
         assert file.attrs["format"] == "tlpsim results"
-        assert file.attrs["schema_version"] == 1
+        assert file.attrs["schema_version"] == 2
         assert file.attrs["created"].endswith("+00:00")
         assert json.loads(file.attrs["scenario"])["simulation"]["duration"] == DURATION
         surge = file["platform/position.surge"]
         assert surge.dtype == np.float64
         assert surge.dims[0][0] == file["platform/time"]
         assert dict(surge.attrs)["units"] == "m"
+        assert (surge.compression, surge.shuffle) == ("gzip", True)
+        assert file["wind/Fx"].attrs["long_name"] == ""
 
 
 def test_netcdf_readers_see_time_as_the_dimension(tmp_path: Path) -> None:
@@ -363,6 +365,17 @@ def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert not (tmp_path / "storm.h5").exists()
 
 
+def test_without_room_to_compress_the_file_stays_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(source: Path, destination: Path) -> None:
+        destination.write_bytes(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(results_writer, "pack", full)
+    write(tmp_path / "storm.h5", scenario())
+    assert [each.name for each in tmp_path.iterdir()] == ["storm.h5"]
+    assert open_results(tmp_path / "storm.h5").complete
+
+
 # What cannot be read
 
 
@@ -383,8 +396,8 @@ def test_files_that_are_no_results(tmp_path: Path) -> None:
 def test_a_newer_layout_is_refused(tmp_path: Path) -> None:
     write(tmp_path / "storm.h5", scenario())
     with h5py.File(tmp_path / "storm.h5", "r+") as file:
-        file.attrs["schema_version"] = 2
-    with pytest.raises(ResultsError, match=r"version 2 .* up to 1; open it with a newer tlpsim"):
+        file.attrs["schema_version"] = 3
+    with pytest.raises(ResultsError, match=r"version 3 .* up to 2; open it with a newer tlpsim"):
         open_results(tmp_path / "storm.h5")
 
 
