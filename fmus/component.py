@@ -58,7 +58,6 @@ UNITS: dict[str, dict[str, int]] = {
 }
 
 KINDS = {"Real": Real, "Integer": Integer, "Boolean": Boolean, "String": String}
-VARIABILITY = {"parameter": "fixed", "input": "continuous", "output": "continuous", "local": "continuous"}
 _COMPUTED = ("output", "local")
 
 
@@ -67,7 +66,8 @@ class Variable:
     """One FMI scalar variable.
 
     `derivative_of` names the variable whose time derivative this one is. `depends_on` holds patterns of
-    the inputs that an output depends on directly at a communication point.
+    the inputs that an output depends on directly at a communication point. A `tunable` parameter can change between
+    two steps.
     """
 
     name: str
@@ -78,6 +78,14 @@ class Variable:
     start: float | int | bool | str = 0.0
     derivative_of: str | None = None
     depends_on: tuple[str, ...] = ()
+    tunable: bool = False
+
+    @property
+    def variability(self) -> str:
+        """Of FMI: fixed or tunable for parameters, continuous for all else, which is Real."""
+        if self.causality != "parameter":
+            return "continuous"
+        return "tunable" if self.tunable else "fixed"
 
 
 def six(
@@ -103,9 +111,9 @@ def six(
     )
 
 
-def real_parameter(name: str, unit: str, start: float, description: str) -> Variable:
+def real_parameter(name: str, unit: str, start: float, description: str, *, tunable: bool = False) -> Variable:
     """Real parameter with a unit."""
-    return Variable(name=name, causality="parameter", unit=unit, start=start, description=description)
+    return Variable(name=name, causality="parameter", unit=unit, start=start, description=description, tunable=tunable)
 
 
 def integer_parameter(name: str, start: int, description: str) -> Variable:
@@ -118,9 +126,11 @@ def boolean_parameter(name: str, start: bool, description: str) -> Variable:
     return Variable(name=name, causality="parameter", kind="Boolean", start=start, description=description)
 
 
-def text_parameter(name: str, start: str, description: str) -> Variable:
+def text_parameter(name: str, start: str, description: str, *, tunable: bool = False) -> Variable:
     """String parameter."""
-    return Variable(name=name, causality="parameter", kind="String", start=start, description=description)
+    return Variable(
+        name=name, causality="parameter", kind="String", start=start, description=description, tunable=tunable
+    )
 
 
 class Component(Fmi2Slave):
@@ -128,8 +138,8 @@ class Component(Fmi2Slave):
 
     A subclass gives `table` and four methods: `prepare` builds the model from the parameters, `start` sets
     the outputs at the start time, `advance` takes one communication step, and `snapshot` and `restore` give
-    and take back every array that changes while stepping. Inputs hold the values at the end of the
-    communication step when `advance` is called.
+    and take back every array that changes while stepping. One with tunable parameters gives `retune` as well.
+    Inputs hold the values at the end of the communication step when `advance` is called.
     """
 
     table: ClassVar[tuple[Variable, ...]]
@@ -144,7 +154,7 @@ class Component(Fmi2Slave):
         self.settings: dict[int, float | int | bool | str] = {}
         self.references = {variable.name: index for index, variable in enumerate(self.table)}
         self.start_time = 0.0
-        self._prepared = self._current = self._stepping = False
+        self._prepared = self._current = self._stepping = self._tuned = False
         self._first_parameter = next(
             (i for i, variable in enumerate(self.table) if variable.causality == "parameter"), len(self.table)
         )
@@ -162,7 +172,7 @@ class Component(Fmi2Slave):
             KINDS[variable.kind](
                 variable.name,
                 causality=Fmi2Causality[variable.causality],
-                variability=Fmi2Variability[VARIABILITY[variable.causality] if variable.kind == "Real" else "fixed"],
+                variability=Fmi2Variability[variable.variability],
                 initial=Fmi2Initial.calculated
                 if computed
                 else (Fmi2Initial.exact if variable.causality == "parameter" else None),
@@ -186,6 +196,9 @@ class Component(Fmi2Slave):
     @abstractmethod
     def advance(self, time: float, step: float) -> None:
         """Step from `time` to `time + step` and set the outputs there."""
+
+    def retune(self) -> None:
+        """Take over tunable parameters that changed; called before the next step."""
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
         """Copies of all arrays that change while stepping, beside the variables themselves."""
@@ -221,6 +234,9 @@ class Component(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Take one communication step."""
+        if self._tuned:
+            self.retune()
+            self._tuned = False
         self.advance(current_time, step_size)
         return True
 
@@ -246,11 +262,14 @@ class Component(Fmi2Slave):
     set_integer = set_boolean = set_string = _set_settings
 
     def _touched(self, vrs: list[int]) -> None:
-        parameters = max(vrs, default=-1) >= self._first_parameter
+        parameters = [self.table[reference] for reference in vrs if reference >= self._first_parameter]
         if self._stepping:
-            if parameters:
-                name = self.table[max(vrs)].name
-                raise FmuError(f"{self.instance_name}: parameter {name} is fixed; set it before initialization ends")
+            fixed = [each.name for each in parameters if not each.tunable]
+            if fixed:
+                raise FmuError(
+                    f"{self.instance_name}: parameter {fixed[0]} is fixed; set it before initialization ends"
+                )
+            self._tuned = self._tuned or bool(parameters)
             return
         self._current = False
         self._prepared = self._prepared and not parameters
@@ -277,7 +296,7 @@ class Component(Fmi2Slave):
     # FMU state
 
     def _get_fmu_state(self) -> dict[str, NDArray[Any]]:
-        flags = [self._prepared, self._current, self._stepping]
+        flags = [self._prepared, self._current, self._stepping, self._tuned]
         state: dict[str, NDArray[Any]] = {
             "values": self.values.copy(),
             "settings": _packed(self.settings),
@@ -298,7 +317,7 @@ class Component(Fmi2Slave):
         self.values[:] = state["values"]
         self.settings = {int(k): v for k, v in json.loads(state["settings"].tobytes()).items()}
         self.start_time = float(state["start_time"])
-        prepared, self._current, self._stepping = (bool(flag) for flag in state["flags"])
+        prepared, self._current, self._stepping, self._tuned = (bool(flag) for flag in state["flags"])
         if prepared:
             if not same_model:
                 self._prepare_and_log()

@@ -9,13 +9,14 @@ from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.waves.current import Current, uniform_current
 
 CURRENT_PARAMETERS: tuple[Variable, ...] = (
-    real_parameter("current_speed", "m/s", 0.0, "speed of a current that is uniform over the depth"),
-    real_parameter("current_heading", "rad", 0.0, "direction toward which the current flows"),
+    real_parameter("current_speed", "m/s", 0.0, "speed of a current that is uniform over the depth", tunable=True),
+    real_parameter("current_heading", "rad", 0.0, "direction toward which the current flows", tunable=True),
     text_parameter(
         "current_profile",
         "",
         "JSON object of depth (m), speed (m/s), heading (rad) as lists, and exponent, water_depth (m), stretched, "
         "instead of current_speed; empty: none",
+        tunable=True,
     ),
 )
 

@@ -52,6 +52,7 @@ from tlpsim.loads.platform.motion import PlatformModel, advance, initial_state, 
 from tlpsim.loads.platform.points import move_points  # noqa: E402
 from tlpsim.loads.platform.state import PlatformState  # noqa: E402
 from tlpsim.loads.platform.tendons import Tendons  # noqa: E402
+from tlpsim.loads.waves.current import Current  # noqa: E402
 
 TENSIONS = 12
 POINTS = 2
@@ -120,11 +121,16 @@ def platform_model(parameter: Callable[[str], Any]) -> PlatformModel:
         free=vector("free", DEGREES_OF_FREEDOM),
         method=parameter("integrator"),
         memory=memory,
-        current=current_of(parameter) if np.any(tendons.drag_coefficient * tendons.diameter > 0.0) else None,
+        current=tendon_current(parameter, tendons),
     )
     require_upright(undamped)
     damping = damping_from_ratios(undamped, vector("damping_ratio", DEGREES_OF_FREEDOM))
     return dataclasses.replace(undamped, linear_damping=damping)
+
+
+def tendon_current(parameter: Callable[[str], Any], tendons: Tendons) -> Current | None:
+    """The current, where tethers have drag."""
+    return current_of(parameter) if np.any(tendons.drag_coefficient * tendons.diameter > 0.0) else None
 
 
 def _tendons(parameter: Callable[[str], Any]) -> Tendons:
@@ -324,6 +330,11 @@ class TlpsimPlatform(Component):
 
     def _parameters(self, prefix: str) -> NDArray[np.float64]:
         return self.view(f"{prefix}.").copy()
+
+    def retune(self) -> None:
+        """Take another current past the tethers."""
+        current = tendon_current(self.parameter, self.model.tendons)
+        self.model = dataclasses.replace(self.model, current=current)
 
     def start(self, time: float) -> None:
         """Put the platform at its initial position under the loads of the start."""

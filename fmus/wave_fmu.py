@@ -145,6 +145,16 @@ class TlpsimWave(Component):
         self.drift_damping = self.view("drift_damping.")
         self.elevation = self.view("elevation")
 
+    def retune(self) -> None:
+        """Take another current, in which the same waves travel on.
+
+        Raises
+        ------
+        ScenarioError
+            When the waves ride on the current.
+        """
+        self.model = wave_model(self.parameter, self.model.sea)
+
     def start(self, time: float) -> None:
         """Forces and elevation at `time`."""
         self.motion.begin(self.velocity)

@@ -50,10 +50,27 @@ DRIFT_REACH = 150.0
 """m, least reach of the kernels: quadratic filters of drift swing faster over frequency than forces do."""
 
 
-def wave_model(parameter: Callable[[str], Any]) -> WaveLoads:
-    """Wave loads from the FMU's parameters, of which `parameter` gives the value by name."""
+def wave_model(parameter: Callable[[str], Any], sea: Sea | None = None) -> WaveLoads:
+    """Wave loads from the FMU's parameters, of which `parameter` gives the value by name.
+
+    Parameters
+    ----------
+    parameter
+        Value by name.
+    sea
+        A realization that goes on, at the place in its record where it is; made from the parameters without it.
+
+    Raises
+    ------
+    ScenarioError
+        For a parameter that is out of range, and for a sea that goes on while it rides on the current that changed.
+    """
     members, database, current = hull_members(parameter), wave_database(parameter), current_of(parameter)
-    sea = _sea(parameter, members)
+    if sea is not None and parameter("doppler"):
+        raise ScenarioError(
+            "parameter doppler: waves that ride on a current cannot have it changed while they run; switch it off"
+        )
+    sea = realized_sea(parameter, members) if sea is None else sea
     splash = parameter("splash") and parameter("significant_height") > 0.0
     doppler = parameter("doppler") and current is not None
     drift = _drift(parameter, database, sea_in_current(sea, current) if doppler and current else sea)
@@ -186,7 +203,8 @@ def hull_members(parameter: Callable[[str], Any]) -> Members:
     return issc_members(parameter("drag_coefficient"), hull_of(parameter).draught)
 
 
-def _sea(parameter: Callable[[str], Any], members: Members) -> Sea:
+def realized_sea(parameter: Callable[[str], Any], members: Members) -> Sea:
+    """The realization of the sea about a hull, from the FMU's parameters."""
     generator = parameter("generator")
     if generator not in GENERATORS:
         raise ScenarioError(f"parameter generator is {generator!r}; it must be one of {', '.join(GENERATORS)}")

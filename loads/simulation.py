@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -120,17 +120,21 @@ def simulate(
     *,
     step: float,
     steps: int,
+    first: int = 0,
     corrections: int = 0,
     compiled: bool = True,
 ) -> Generator[Record, None, None]:
-    """Samples of the motion from time zero on, a record of one sample first.
+    """Samples of the motion from time zero on, a record of one sample first; or those after sample `first`.
 
     Parameters
     ----------
     state
-        That of `start`; moved to the end.
+        That of `start`, or of sample `first`; moved to the end.
     step, steps
         h in s, and their number.
+    first
+        Number of the sample that `state` is at. A simulation may go on with another model; at its first step the
+        velocity of eq. (1) is without the acceleration of the step before.
     corrections
         Repetitions of eqs. (2) and (3).
     compiled
@@ -146,40 +150,37 @@ def simulate(
     RuntimeWarning
         When the plain form has to take the place of the compiled one.
     """
-    yield _first_record(model, state)
+    if first == 0:
+        yield _first_record(model, state)
     if steps < 1:
         return
-    loop = _compiled_loop(model, state, step, corrections) if compiled else None
+    blocks = [(begin, min(BLOCK, first + steps - begin)) for begin in range(first, first + steps, BLOCK)]
+    loop = _compiled_loop(model, state, step, first, corrections) if compiled else None
     if loop is None:
-        yield from _plain_records(model, state, step, steps, corrections)
+        yield from _plain_records(model, state, step, blocks, corrections)
     else:
-        yield from _compiled_records(model, state, loop, step, steps)
-
-
-def _blocks(steps: int) -> list[tuple[int, int]]:
-    """First step and number of steps of each block."""
-    return [(first, min(BLOCK, steps - first)) for first in range(0, steps, BLOCK)]
+        yield from _compiled_records(model, state, loop, blocks)
 
 
 def _plain_records(
-    model: CoupledModel, state: PlatformState, step: float, steps: int, corrections: int
+    model: CoupledModel, state: PlatformState, step: float, blocks: Sequence[tuple[int, int]], corrections: int
 ) -> Iterator[Record]:
     before = state.acceleration.copy()
-    for first, count in _blocks(steps):
+    for first, count in blocks:
         arrays = Arrays(model, count)
         _plain(model, state, before, step, first, corrections, arrays)
         yield _record(model, first + 1, arrays)
 
 
 def _compiled_records(
-    model: CoupledModel, state: PlatformState, loop: CompiledLoop, step: float, steps: int
+    model: CoupledModel, state: PlatformState, loop: CompiledLoop, blocks: Sequence[tuple[int, int]]
 ) -> Iterator[Record]:
     """The compiled form in a thread of its own, while this one makes the gusts and waves of the next block."""
     before = state.acceleration.copy()
     done: tuple[int, Arrays] | None = None
     with ThreadPoolExecutor(max_workers=1) as thread:
         running = None
-        for first, count in _blocks(steps):
+        for first, count in blocks:
             arrays, amplitudes = Arrays(model, count), loop.amplitudes(first, count)
             arrays.fluctuation[:] = loop.gusts(first, count)
             if running is not None:
@@ -299,16 +300,18 @@ def _restore(state: PlatformState, saved: PlatformState) -> None:
 # The compiled form
 
 
-def _compiled_loop(model: CoupledModel, state: PlatformState, step: float, corrections: int) -> CompiledLoop | None:
+def _compiled_loop(
+    model: CoupledModel, state: PlatformState, step: float, first: int, corrections: int
+) -> CompiledLoop | None:
     """The compiled form, or None where it does not repeat the first steps of the plain one."""
     plain, trial = state.copy(), state.copy()
     expected, found = (Arrays(model, _COMPARED) for _ in range(2))
-    _plain(model, plain, state.acceleration.copy(), step, 0, corrections, expected)
+    _plain(model, plain, state.acceleration.copy(), step, first, corrections, expected)
     for each in (state, trial):
         fit_history(each, float(plain.memory_step[0]), len(plain.history), len(plain.filters))
     loop = CompiledLoop(model, state, step, corrections)
-    found.fluctuation[:] = loop.gusts(0, _COMPARED)
-    loop(trial, state.acceleration.copy(), 0, found, loop.amplitudes(0, _COMPARED))
+    found.fluctuation[:] = loop.gusts(first, _COMPARED)
+    loop(trial, state.acceleration.copy(), first, found, loop.amplitudes(first, _COMPARED))
     pairs = (found.motion, expected.motion), (found.wind, expected.wind), (found.waves, expected.waves)
     if all(_close(one, other) for one, other in pairs):
         return loop

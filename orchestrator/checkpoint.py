@@ -74,20 +74,30 @@ class Checkpoint:
 
 
 def fingerprint(system: System) -> str:
-    """Digest of what a system is made of: components with origin, step and parameters; connections; algorithm."""
+    """Digest of what a system is: components with origin, step and parameters; connections; events; algorithm.
+
+    The origin is what a file holds, not where it lies: a package unpacks its FMUs into another folder each time.
+    """
     whole = [
         [
             component.name,
             component.step,
             component.inputs_at,
-            component.instance.describe(),
+            {key: each for key, each in component.instance.describe().items() if key not in ("fmu", "table")},
             repr(dict(component.parameters)),
         ]
         for component in system.components
     ]
     wiring = [repr(connection) for connection in system.connections]
     text = json.dumps(
-        [whole, wiring, system.algorithm, repr((system.iteration, system.adaptation)), bound_outputs(system)],
+        [
+            whole,
+            wiring,
+            [(event.time, event.component, dict(event.values)) for event in system.events],
+            system.algorithm,
+            repr((system.iteration, system.adaptation)),
+            bound_outputs(system),
+        ],
         sort_keys=True,
     )
     return hashlib.sha256(text.encode()).hexdigest()

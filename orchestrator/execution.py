@@ -24,6 +24,7 @@ from tlpsim.loads.errors import DiscardError, FmuError, StepError, TlpsimError, 
 from tlpsim.orchestrator.arrays import expanded
 from tlpsim.orchestrator.checkpoint import Checkpoints, require_serializable, restore
 from tlpsim.orchestrator.clock import NANOSECONDS_PER_SECOND, to_seconds
+from tlpsim.orchestrator.events import due_times
 from tlpsim.orchestrator.instance import Instance
 from tlpsim.orchestrator.loop import kernel
 from tlpsim.orchestrator.loop.algorithms import algorithm_codes
@@ -385,6 +386,24 @@ class Master:
             f"check the component's parameters, inputs and step size{self._inputs_of(unit)}"
         )
 
+    def change(self, time: int) -> None:
+        """Set what the events of a time (ns) change, up to which all components have been stepped.
+
+        Raises
+        ------
+        FmuError
+            If a component does not take a value.
+        """
+        units = {component.name: unit for unit, component in enumerate(self.system.components)}
+        for event in self.system.events:
+            if event.time != time:
+                continue
+            unit = units[event.component]
+            self._guarded(unit, f"at {event}, changing values of", self.instances[unit].change, event.values)
+            own = int(self.layout.units[unit, kernel.TIME])
+            if own > time:
+                self._notes.append(f"{event}: {event.component} has it from t = {to_seconds(own):.9g} s on")
+
     # Groups that the compiled loop leaves to this one
 
     def _step_group(self, unit: int) -> None:
@@ -514,7 +533,7 @@ def run(
     Parameters
     ----------
     system
-        Components and connections; its instances cannot be used again.
+        Components, connections and events; its instances cannot be used again.
     stop, start
         Stop and start time in ns.
     observers
@@ -564,11 +583,15 @@ def run(
 
 
 def _advance(master: Master, start: int, stop: int, checkpoints: Checkpoints | None) -> None:
-    if checkpoints is None:
-        master.advance(stop)
-        return
-    begin = checkpoints.resumed.time if checkpoints.resumed else start
-    for time in checkpoints.times(begin, stop):
+    """Step to the end, with pauses for events and checkpoints; of one time the events come first."""
+    resumed = checkpoints.resumed if checkpoints is not None else None
+    begin = start if resumed is None else resumed.time
+    if resumed is None:
+        master.change(start)
+    saved = set() if checkpoints is None else set(checkpoints.times(begin, stop)) - {stop}
+    for time in sorted({*saved, *due_times(master.system.events, begin, stop), stop}):
         master.advance(time)
         if time < stop:
+            master.change(time)
+        if checkpoints is not None and time in saved:
             checkpoints.save(master, time)

@@ -2,7 +2,7 @@
 
 An instance lives through these calls, in this order: `set_parameters`, `bind`, `enter_initialization`, any
 number of `set_inputs` and `get_outputs`, `exit_initialization`, then `set_inputs`, `step`, `get_outputs`
-once a step, and at the end `terminate` and `free`.
+once a step, `change` now and then between two steps, and at the end `terminate` and `free`.
 """
 
 import copy
@@ -154,6 +154,16 @@ class Instance(ABC):
         WiringError
             If a name is unknown, is neither a parameter nor an input, or a value is not of the declared type.
         """
+
+    def change(self, values: Mapping[str, object]) -> None:
+        """Set inputs that are not bound, and tunable parameters, between two steps.
+
+        Raises
+        ------
+        WiringError
+            As `set_parameters`.
+        """
+        self.set_parameters(values)
 
     @abstractmethod
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
@@ -334,6 +344,8 @@ class PythonInstance(Instance):
         Units by variable name.
     derivatives
         For an output that is the time derivative of another one, the name of that one, by the output's name.
+    tunable
+        Names of the parameters that can change in a run.
     on_free
         Called once when the instance is freed.
     """
@@ -352,6 +364,7 @@ class PythonInstance(Instance):
         initialize: Callable[[Values, float], None] | None = None,
         units: Mapping[str, str] = MappingProxyType({}),
         derivatives: Mapping[str, str] = MappingProxyType({}),
+        tunable: Sequence[str] = (),
         on_free: Callable[[], None] | None = None,
     ) -> None:
         self.name = name
@@ -370,7 +383,7 @@ class PythonInstance(Instance):
             key: Variable(
                 name=key,
                 causality=causality,
-                variability="fixed" if causality == "parameter" else "continuous",
+                variability=("tunable" if key in tunable else "fixed") if causality == "parameter" else "continuous",
                 type=_type_name(value) if causality == "parameter" else "Real",
                 unit=units.get(key),
                 start=value,

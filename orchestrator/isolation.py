@@ -260,6 +260,10 @@ class IsolatedInstance(Instance):
         """Set parameters there; see `Instance`."""
         self._call("setting parameters", "set_parameters", dict(values))
 
+    def change(self, values: Mapping[str, object]) -> None:
+        """Change values there; see `Instance`."""
+        self._call("changing values", "change", dict(values))
+
     def bind(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         """Lay out the shared memory; see `Instance`."""
         memory = self._started().memory

@@ -10,6 +10,7 @@ from tlpsim.loads.errors import WiringError
 from tlpsim.loads.filters.interpolation import CAUSAL, SYMMETRIC
 from tlpsim.orchestrator.arrays import expanded
 from tlpsim.orchestrator.clock import LARGEST_STEP, to_seconds
+from tlpsim.orchestrator.events import Event, check_event
 from tlpsim.orchestrator.graph import algebraic_loops, strong_components
 from tlpsim.orchestrator.instance import Instance, Variable, nearest_match
 from tlpsim.orchestrator.units import unit_conversion
@@ -163,6 +164,8 @@ class System:
     threads
         Number of components of a loop that step at the same time, with the algorithm ``parallel``. It pays for native
         FMUs whose steps take long; Python FMUs take turns in any case.
+    events
+        Values that change at given times, see `tlpsim.orchestrator.events`; those of one time in their order.
     """
 
     components: tuple[Component, ...]
@@ -171,6 +174,7 @@ class System:
     iteration: Iteration = Iteration()
     adaptation: Adaptation = Adaptation()
     threads: int = 1
+    events: tuple[Event, ...] = ()
 
 
 def _component(by_name: Mapping[str, Component], name: str, connection: Connection) -> Component:
@@ -327,7 +331,8 @@ def check(system: System) -> list[str]:
     WiringError
         At the first fault: no components, a name used twice, a step that is not positive, an unknown
         component, variable, filter or extrapolation, a wrong causality, type or shape, units of different
-        dimensions at the two ends, an input that is fed twice, or a filter inside a loop that has no causal form.
+        dimensions at the two ends, an input that is fed twice, a filter inside a loop that has no causal form, or an
+        event that sets what cannot change.
     """
     system = expanded(system)
     if not system.components:
@@ -347,10 +352,17 @@ def check(system: System) -> list[str]:
             raise WiringError(f"connection {connection}: the input is already fed by {fed[end]}; remove one")
         fed[end] = connection
     _check_look_ahead(system)
+    for event in system.events:
+        check_event(event, {name: component.instance for name, component in by_name.items()}, fed)
+    changed = {(event.component, name) for event in system.events for name in event.values}
     families: dict[str, list[str]] = {}
     for component in system.components:
         for variable in component.instance.variables.values():
-            fed_here = (component.name, variable.name) in fed or variable.name in component.parameters
+            fed_here = (
+                (component.name, variable.name) in fed
+                or variable.name in component.parameters
+                or (component.name, variable.name) in changed
+            )
             if variable.causality == "input" and not fed_here:
                 name = f"{component.name}.{variable.name}"
                 families.setdefault(_MEMBER.sub("*", name), []).append(name)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -24,7 +24,7 @@ from tlpsim.fmus.wave_fmu import TlpsimWave
 from tlpsim.fmus.wind_fmu import TlpsimWind
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.loads.platform.motion import PlatformModel
+from tlpsim.loads.platform.motion import PlatformModel, set_intact
 from tlpsim.loads.platform.points import move_points
 from tlpsim.loads.simulation import CoupledModel, Record, simulate, start
 from tlpsim.orchestrator.clock import to_seconds, to_ticks
@@ -32,14 +32,9 @@ from tlpsim.orchestrator.execution import ComponentSummary, RunSummary
 from tlpsim.orchestrator.instance import PythonInstance, Variable, checked_parameters
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.orchestrator.system import Component, System
-from tlpsim.scenarios.assemble import (
-    blamed_on,
-    parameter_values,
-    standard_parameters,
-    start_in_equilibrium,
-    wave_loads,
-    wind_loads,
-)
+from tlpsim.scenarios.assemble import blamed_on, start_in_equilibrium, wave_loads, wind_loads
+from tlpsim.scenarios.monolithic_events import stretches
+from tlpsim.scenarios.parameters import parameter_values, standard_parameters
 from tlpsim.scenarios.reading import expand
 from tlpsim.scenarios.results_writer import ResultsWriter
 from tlpsim.scenarios.schema import STANDARD_CONNECTIONS, Scenario
@@ -86,7 +81,7 @@ def _variables(name: str) -> dict[str, Variable]:
         each.name: Variable(
             name=each.name,
             causality=each.causality,
-            variability="fixed" if each.causality == "parameter" else "continuous",
+            variability=each.variability,
             type=each.kind,
             unit=each.unit,
             description=each.description,
@@ -280,12 +275,20 @@ def run_monolithic(scenario: Scenario, observers: Sequence[Observer]) -> RunSumm
     try:
         state = start(whole.model, whole.position, whole.velocity, whole.intact)
         step, steps = to_seconds(whole.step), stop // whole.step
+        plan = list(stretches(scenario, whole.model, whole.step, steps))
         for observer in observers:
             observer.started(system)
-        with closing(simulate(whole.model, state, step=step, steps=steps)) as records:
-            for record in records:
-                _tell(whole, record, system, observers)
-                now = (record.first + len(record.position) - 1) * whole.step
+        for stretch in plan:
+            whole = replace(whole, model=stretch.model)
+            intact = state.intact.copy()
+            for number, kept in stretch.intact.items():
+                intact[number - 1] = kept
+            set_intact(stretch.model.platform, state, intact)
+            count = stretch.last - stretch.first
+            with closing(simulate(stretch.model, state, step=step, steps=count, first=stretch.first)) as records:
+                for record in records:
+                    _tell(whole, record, system, observers)
+                    now = (record.first + len(record.position) - 1) * whole.step
     except BaseException as error:
         reason = error
         raise
@@ -318,6 +321,8 @@ def _tell(whole: Twin, record: Record, system: System, observers: Sequence[Obser
     for index, component in enumerate(system.components):
         stride = component.step // whole.step
         skipped = -record.first % stride
+        if skipped >= len(record.position):
+            continue
         table = _OUTPUTS[component.name](whole, record, slice(skipped, None, stride))
         names = [name for name, each in component.instance.variables.items() if each.causality == "output"]
         missing = [name for name in names if name not in table]

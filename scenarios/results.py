@@ -129,6 +129,10 @@ class Results:
         """Errors of interpolation and extrapolation that the run measured; none of one that is not complete."""
         return tuple(ConnectionMeasure(**each) for each in json.loads(self.attributes.get("coupling", "[]")))
 
+    def dataset(self) -> xarray.Dataset:
+        """All signals as a dataset of xarray, see `open`."""
+        return open(self.path)
+
     def signals(self, component: str) -> tuple[str, ...]:
         """Names of the recorded variables of a component, without the component's name."""
         return tuple(self._component(component))

@@ -9,11 +9,13 @@ After loading, `Scenario.connections` has an entry for each single variable, non
 was removed.
 """
 
+from __future__ import annotations
+
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from pydantic import (
@@ -24,6 +26,7 @@ from pydantic import (
     model_validator,
 )
 
+from tlpsim.scenarios.event_sections import CurrentChange, Event
 from tlpsim.scenarios.problems import Location, Source, nearest, problem, scenario_error
 from tlpsim.scenarios.reading import absolute_paths, expand, merge, parse_override, read_toml, resolve
 from tlpsim.scenarios.sections import (
@@ -52,6 +55,12 @@ from tlpsim.scenarios.sections import (
     WindOrders,
 )
 from tlpsim.scenarios.steps import check_steps
+
+if TYPE_CHECKING:
+    from tlpsim.loads.spectral.records import SpectralResponse
+    from tlpsim.orchestrator.observers import Observer
+    from tlpsim.scenarios.compare import Comparison
+    from tlpsim.scenarios.results import Results
 
 STANDARD_COMPONENTS: dict[str, dict[str, Any]] = {
     "wind": {"fmu": "builtin:wind", "step": 1.0},
@@ -109,6 +118,7 @@ class Scenario(Section):
     components: dict[str, Component] = Field(default_factory=_standard_components, min_length=1)
     connections: dict[str, Connection] = Field(default_factory=_standard_connections)
     outputs: Outputs = Outputs()
+    events: tuple[Event, ...] = ()
 
     @classmethod
     def load(cls, path: str | Path, overrides: Sequence[str] = ()) -> Self:
@@ -183,6 +193,24 @@ class Scenario(Section):
             nested = merge(nested, value)
         base = self.model_dump(by_alias=True, exclude_none=True)
         return self._build(base, nested, [Source(name="with_()", data=nested)])
+
+    def run(self, destination: str | Path, *, monolithic: bool = False, observers: Sequence[Observer] = ()) -> Results:
+        """Run it and open its results: `tlpsim.scenarios.run.run_scenario`."""
+        from tlpsim.scenarios.run import run_scenario
+
+        return run_scenario(self, destination, observers, monolithic=monolithic)
+
+    def spectral(self) -> SpectralResponse:
+        """Analyse it in the frequency domain: `tlpsim.scenarios.spectral.spectral_response`."""
+        from tlpsim.scenarios.spectral import spectral_response
+
+        return spectral_response(self)
+
+    def compare(self, records: int = 24, *, cosimulation: bool = False, workers: int | None = None) -> Comparison:
+        """Analyse it in both domains: `tlpsim.scenarios.compare.compare`."""
+        from tlpsim.scenarios.compare import compare
+
+        return compare(self, records, cosimulation=cosimulation, workers=workers)
 
     def seeds(self) -> dict[str, int]:
         """Seeds of wind and waves, 31-bit integers; those not given derive from the scenario's seed."""
@@ -267,6 +295,18 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _events_are_of_components(self) -> Self:
+        for number, event in enumerate(self.events):
+            for target, value in event.values.items():
+                reason = _end_problem(target, tuple(self.components))
+                if reason:
+                    raise problem(("events", number, "set", target), value, reason)
+            if event.current is not None and self.current.doppler:
+                text = "cannot change waves that ride on the current: set current.doppler = false"
+                raise problem(("events", number, "current"), "", text)
+        return self
+
+    @model_validator(mode="after")
     def _steps_fit(self) -> Self:
         check_steps(self.simulation.duration, {name: entry.step for name, entry in self.components.items()})
         return self
@@ -293,6 +333,8 @@ SECTIONS: dict[Location, type[BaseModel]] = {
     ("components", "*"): Component,
     ("connections", "*"): Connection,
     ("outputs",): Outputs,
+    ("events", "*"): Event,
+    ("events", "*", "current"): CurrentChange,
 }
 
 

@@ -134,10 +134,14 @@ class Platform(Section):
 class Segment(Section):
     """A part of the deck that the wind blows on; its position is relative to the reference point."""
 
-    position: tuple[Length, Length, Length]
-    area: Annotated[Area, Field(gt=0)]
-    shape_coefficient: Annotated[Ratio, Field(gt=0)]
-    plan: tuple[Length, Length] = (0.0, 0.0)
+    position: tuple[Length, Length, Length] = Field(description="of its centre, relative to the reference point")
+    area: Annotated[Area, Field(gt=0, description="that the wind sees")]
+    shape_coefficient: Annotated[Ratio, Field(gt=0, description="of the drag")]
+    plan: tuple[Length, Length] = Field(
+        default=(0.0, 0.0),
+        description="length and width of the box that it is a part of, with which the area changes with yaw; [0, 0] is "
+        "an area that does not",
+    )
 
     @field_validator("plan")
     @classmethod
@@ -150,9 +154,9 @@ class Segment(Section):
 class Box(Section):
     """An upright box that stands in the wind: its centre relative to the reference point, and length, width, height."""
 
-    position: tuple[Length, Length, Length]
-    size: tuple[PositiveLength, PositiveLength, PositiveLength]
-    shape_coefficient: Annotated[Ratio, Field(gt=0)]
+    position: tuple[Length, Length, Length] = Field(description="of its centre, relative to the reference point")
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(description="length, width and height")
+    shape_coefficient: Annotated[Ratio, Field(gt=0, description="of the drag")]
 
     @model_validator(mode="after")
     def _above_water(self) -> Self:
@@ -168,18 +172,23 @@ DecayCoefficient = Annotated[Ratio, Field(ge=0)]
 class WindCoherence(Section):
     """Coherence of the gusts; the decay coefficients are those of Davenport's model."""
 
-    model: Literal["davenport", "npd"] = "davenport"
-    lateral: DecayCoefficient = 16.0
-    vertical: DecayCoefficient = 10.0
-    longitudinal: DecayCoefficient = 0.0
+    model: Literal["davenport", "npd"] = Field(default="davenport", description="npd is without the numbers below")
+    lateral: DecayCoefficient = Field(default=16.0, description="decay with the distance across the wind")
+    vertical: DecayCoefficient = Field(default=10.0, description="decay with the distance in height")
+    longitudinal: DecayCoefficient = Field(default=0.0, description="decay with the distance along the wind")
+
+
+_LONG = "of the autoregression that is fitted first; over its span the process must forget"
+_AUTOREGRESSIVE = "of the ARMA model; at most the long one"
+_MOVING_AVERAGE = "of the ARMA model; at most the long one"
 
 
 class WindOrders(Section):
     """Orders of the digital filter that makes the gusts: long autoregression, then ARMA."""
 
-    long: Annotated[StrictInt, Field(ge=1, le=1000)] = 25
-    autoregressive: Annotated[StrictInt, Field(ge=1)] = 3
-    moving_average: Annotated[StrictInt, Field(ge=0)] = 3
+    long: Annotated[StrictInt, Field(ge=1, le=1000, description=_LONG)] = 25
+    autoregressive: Annotated[StrictInt, Field(ge=1, description=_AUTOREGRESSIVE)] = 3
+    moving_average: Annotated[StrictInt, Field(ge=0, description=_MOVING_AVERAGE)] = 3
 
     @model_validator(mode="after")
     def _no_longer_than_the_long_one(self) -> Self:
@@ -206,8 +215,12 @@ class Wind(Section):
     sampling_step: PositiveDuration = 1.0
     orders: WindOrders = WindOrders()
     seed: Seed | None = None
-    segments: tuple[Segment, ...] | None = None
-    boxes: tuple[Box, ...] | None = None
+    segments: tuple[Segment, ...] | None = Field(
+        default=None, description="parts that the wind blows on; six equal ones of 3000 m2 in all without it"
+    )
+    boxes: tuple[Box, ...] | None = Field(
+        default=None, description="what stands in the wind, instead of segments; its projection follows the heading"
+    )
 
     @field_validator("segments", "boxes")
     @classmethod
@@ -226,8 +239,8 @@ class Wind(Section):
 class WaveTable(Section):
     """A wave spectrum by points, linear in between and zero outside."""
 
-    frequency: tuple[Frequency, ...]
-    density: tuple[StrictFloat, ...]
+    frequency: tuple[Frequency, ...] = Field(description="of the points, rising")
+    density: tuple[StrictFloat, ...] = Field(description="at the points, m2/Hz, one-sided")
 
     @model_validator(mode="after")
     def _is_a_spectrum(self) -> Self:
@@ -248,9 +261,9 @@ class WaveTable(Section):
 class WaveOrders(WindOrders):
     """Orders of the digital filter that makes the elevation."""
 
-    long: Annotated[StrictInt, Field(ge=1, le=1000)] = 59
-    autoregressive: Annotated[StrictInt, Field(ge=1)] = 8
-    moving_average: Annotated[StrictInt, Field(ge=0)] = 7
+    long: Annotated[StrictInt, Field(ge=1, le=1000, description=_LONG)] = 59
+    autoregressive: Annotated[StrictInt, Field(ge=1, description=_AUTOREGRESSIVE)] = 8
+    moving_average: Annotated[StrictInt, Field(ge=0, description=_MOVING_AVERAGE)] = 7
 
 
 class Waves(Section):
@@ -314,9 +327,9 @@ class Waves(Section):
 class CurrentTable(Section):
     """A current by depths below mean water level, linear in between and constant beyond."""
 
-    depth: tuple[Length, ...]
-    speed: tuple[Speed, ...]
-    heading_deg: tuple[Heading, ...]
+    depth: tuple[Length, ...] = Field(description="of the points below mean water level, rising")
+    speed: tuple[Speed, ...] = Field(description="at the points")
+    heading_deg: tuple[Heading, ...] = Field(description="at the points, toward which the water flows")
 
     @model_validator(mode="after")
     def _is_a_profile(self) -> Self:
@@ -343,16 +356,18 @@ class Current(Section):
 class LoopIteration(Section):
     """When the iteration of a loop ends, and how it is accelerated, see `tlpsim.orchestrator.system.Iteration`."""
 
-    tolerance: Annotated[Ratio, Field(gt=0, lt=1)] = 1e-9
-    most: Annotated[StrictInt, Field(ge=1)] = 50
-    acceleration: Literal["quasi_newton", "aitken", "none"] = "quasi_newton"
+    tolerance: Annotated[Ratio, Field(gt=0, lt=1, description="largest relative change of an input at its end")] = 1e-9
+    most: Annotated[StrictInt, Field(ge=1, description="iterations of a step, after which it counts as failed")] = 50
+    acceleration: Literal["quasi_newton", "aitken", "none"] = Field(
+        default="quasi_newton", description="what gets it there sooner"
+    )
 
 
 class LoopAdaptation(Section):
     """How many steps at a time a loop takes, see `tlpsim.orchestrator.system.Adaptation`."""
 
-    tolerance: Annotated[Ratio, Field(gt=0, lt=1)] = 1e-4
-    longest: Annotated[StrictInt, Field(ge=1)] = 64
+    tolerance: Annotated[Ratio, Field(gt=0, lt=1, description="relative error of a continued input")] = 1e-4
+    longest: Annotated[StrictInt, Field(ge=1, description="steps at a time at most")] = 64
 
 
 class Coupling(Section):
@@ -362,9 +377,13 @@ class Coupling(Section):
     `adaptation` of adaptive, and `threads` of parallel.
     """
 
-    filter: Filter = "cubic"
-    extrapolation: Extrapolation = "derivatives"
-    algorithm: Literal["multirate", "sequential", "parallel", "iterative", "adaptive"] = "multirate"
+    filter: Filter = Field(default="cubic", description="for values between the samples of a source")
+    extrapolation: Extrapolation = Field(
+        default="derivatives", description="for values after the newest sample of a source, inside a loop"
+    )
+    algorithm: Literal["multirate", "sequential", "parallel", "iterative", "adaptive"] = Field(
+        default="multirate", description="by which components of a feedback loop are stepped"
+    )
     iteration: LoopIteration = LoopIteration()
     adaptation: LoopAdaptation = LoopAdaptation()
     threads: Annotated[StrictInt, Field(ge=1)] = 1
@@ -376,13 +395,22 @@ class Component(Section):
     `timeout` is how long a call may take of a component that runs in a process of its own (`isolation`).
     """
 
-    fmu: Annotated[StrictStr, Field(min_length=1)]
-    step: PositiveDuration
-    inputs_at: Literal["end", "middle", "start"] = "end"
-    isolation: Literal["none", "process"] = "none"
-    timeout: PositiveDuration = 60.0
-    parameters: dict[str, ParameterValue] = {}
-    map: dict[str, StrictStr] = {}
+    fmu: Annotated[StrictStr, Field(min_length=1)] = Field(
+        description="builtin:wind, builtin:wave or builtin:platform, or the path of an .fmu or of a table (.csv), "
+        'relative to this file; "" takes the component out'
+    )
+    step: PositiveDuration = Field(description="communication step; the smallest must divide all others")
+    inputs_at: Literal["end", "middle", "start"] = Field(
+        default="end", description="of the step; start or middle for FMUs that hold inputs"
+    )
+    isolation: Literal["none", "process"] = Field(
+        default="none", description="in a process of its own a crash or a hang becomes an error"
+    )
+    timeout: PositiveDuration = Field(
+        default=60.0, description="that a call may take in a process of its own, ten times as long while loading"
+    )
+    parameters: dict[str, ParameterValue] = Field(default={}, description="of the FMU or table, by name")
+    map: dict[str, StrictStr] = Field(default={}, description="contract name = the FMU's own name")
 
     @field_validator("fmu")
     @classmethod
@@ -411,12 +439,14 @@ class Connection(Section):
     Units are converted first, unless that is suppressed.
     """
 
-    source: Annotated[StrictStr, Field(alias="from")]
-    filter: Filter | None = None
-    extrapolation: Extrapolation | None = None
-    factor: Ratio = 1.0
-    offset: Ratio = 0.0
-    suppress_unit_conversion: StrictBool = False
+    source: Annotated[StrictStr, Field(alias="from", description='COMPONENT.OUTPUT; "" takes the connection out')]
+    filter: Filter | None = Field(default=None, description="instead of that of [coupling]")
+    extrapolation: Extrapolation | None = Field(default=None, description="instead of that of [coupling]")
+    factor: Ratio = Field(default=1.0, description="target = factor * source + offset, after units are converted")
+    offset: Ratio = Field(default=0.0, description="in the unit of the target")
+    suppress_unit_conversion: StrictBool = Field(
+        default=False, description="whether the numbers are taken as they are, where units differ"
+    )
 
 
 class Outputs(Section):

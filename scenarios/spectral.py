@@ -7,13 +7,15 @@ import numpy as np
 from tlpsim.fmus.spectral import spectral_waves, spectral_wind
 from tlpsim.fmus.wave_fmu import TlpsimWave
 from tlpsim.fmus.wind_fmu import TlpsimWind
+from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.motion import remaining
 from tlpsim.loads.spectral.model import SpectralModel
 from tlpsim.loads.spectral.records import SpectralResponse
 from tlpsim.loads.spectral.response import respond
 from tlpsim.orchestrator.clock import to_seconds, to_ticks
-from tlpsim.scenarios.assemble import blamed_on, parameter_values
+from tlpsim.scenarios.assemble import blamed_on
 from tlpsim.scenarios.monolithic import parts
+from tlpsim.scenarios.parameters import parameter_values
 from tlpsim.scenarios.schema import Scenario
 
 
@@ -28,6 +30,8 @@ def spectral_model(scenario: Scenario) -> SpectralModel:
     WiringError
         When a parameter does not exist or is of the wrong type.
     """
+    if scenario.events:
+        raise ScenarioError("events: the frequency domain has no times at which something changes; leave them out")
     found = parts(scenario, "the frequency domain")
     wind, waves = None, None
     if "wind" in scenario.components:

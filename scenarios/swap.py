@@ -22,13 +22,14 @@ from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import FmuError, ScenarioError
 from tlpsim.orchestrator.fmi.description import CO_SIMULATION, FmuDescription, library_member, read_description
 from tlpsim.orchestrator.units import defined, unit_conversion
-from tlpsim.scenarios.assemble import OPTIONAL, STANDARD
-from tlpsim.scenarios.console import output
+from tlpsim.scenarios.assemble import OPTIONAL
 from tlpsim.scenarios.matching import find_matches
 from tlpsim.scenarios.monolithic import COMPONENTS
+from tlpsim.scenarios.parameters import STANDARD
 from tlpsim.scenarios.problems import nearest
 from tlpsim.scenarios.reading import merge, read_toml
 from tlpsim.scenarios.schema import Scenario, with_absolute_paths
+from tlpsim.scenarios.terminal import output
 from tlpsim.scenarios.writing import to_toml
 
 

@@ -8,7 +8,7 @@ that outputs are the values after them.
 import ctypes
 import math
 import pickle
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -206,6 +206,12 @@ class ModelExchange(FmiInstance):
         super().exit_initialization()
         self._prepare()
         self._read("GetNominalsOfContinuousStates", self._nominals)
+        self._settle_discrete_states()
+
+    def change(self, values: Mapping[str, object]) -> None:
+        """Change values, which is an event; see `Instance`."""
+        self._call(StepError, f"fmi{self.version}EnterEventMode")
+        self.set_parameters(values)
         self._settle_discrete_states()
 
     def set_inputs(self, values: FloatArray) -> None:

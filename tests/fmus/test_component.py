@@ -19,18 +19,23 @@ class Gain(Component):
         Variable(name="gain", causality="parameter", description="gain", unit="1", start=2.0),
         Variable(name="count", causality="parameter", description="integer", kind="Integer", start=3),
         Variable(name="word", causality="parameter", description="string", kind="String", start="a"),
+        Variable(name="offset", causality="parameter", description="added", unit="1", start=0.0, tunable=True),
     )
 
     def prepare(self) -> None:
         self.steps = np.zeros(1)
         self.gain = self.parameter("gain")
+        self.retune()
+
+    def retune(self) -> None:
+        self.offset = self.parameter("offset")
 
     def start(self, time: float) -> None:
         self.view("force.")[:] = self.gain * self.view("velocity.")
 
     def advance(self, time: float, step: float) -> None:
         self.steps += 1
-        self.view("force.")[:] = self.gain * self.view("velocity.") + self.steps
+        self.view("force.")[:] = self.gain * self.view("velocity.") + self.steps + self.offset
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
         return {"steps": self.steps.copy()}
@@ -39,7 +44,7 @@ class Gain(Component):
         self.steps[:] = arrays["steps"]
 
 
-VELOCITY, FORCE, GAIN, COUNT, WORD = list(range(6)), list(range(6, 12)), [12], [13], [14]
+VELOCITY, FORCE, GAIN, COUNT, WORD, OFFSET = list(range(6)), list(range(6, 12)), [12], [13], [14], [15]
 
 
 @pytest.fixture
@@ -68,6 +73,20 @@ def test_a_parameter_is_fixed_once_stepping(component: Gain) -> None:
     with pytest.raises(FmuError, match="gain is fixed"):
         component.set_real(GAIN, [5.0])
     assert component.get_real(GAIN) == [2.0]
+
+
+def test_a_tunable_parameter_counts_from_the_next_step(component: Gain) -> None:
+    started(component)
+    component.do_step(0.0, 1.0)
+    component.set_real(OFFSET, [10.0])
+    assert component.get_real(FORCE) == [1.0] * 6
+    state = component._fmu_state_from_bytes(component._fmu_state_to_bytes(component._get_fmu_state()))
+    component.do_step(1.0, 1.0)
+    assert component.get_real(FORCE) == [12.0] * 6
+    component.set_real(OFFSET, [0.0])
+    component._set_fmu_state(state)  # which waits for its step
+    component.do_step(1.0, 1.0)
+    assert component.get_real(FORCE) == [12.0] * 6
 
 
 def test_settings_of_each_kind(component: Gain) -> None:

@@ -20,7 +20,7 @@ from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.platform.equilibrium import natural_periods
 from tlpsim.loads.platform.motion import PlatformModel, restoring_force
 from tlpsim.loads.platform.tendons import Tendons
-from tlpsim.scenarios.assemble import parameter_values, standard_parameters
+from tlpsim.scenarios.parameters import parameter_values, standard_parameters
 from tlpsim.scenarios.run import run_scenario
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.sections import PONTOON_HEIGHT, Platform, PlatformTendons
