@@ -1,4 +1,4 @@
-"""Files that are there when they are complete."""
+"""Files that are there when they are complete, and whether they can be written at all."""
 
 from __future__ import annotations
 
@@ -32,3 +32,23 @@ def whole_file(path: str | Path, what: str) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def require_writable(*paths: Path | None) -> None:
+    """Tell before a long computation that its results could not be written; None is nowhere.
+
+    Raises
+    ------
+    ScenarioError
+        If a path is a folder, or in one that cannot be made or written.
+    """
+    for path in paths:
+        if path is None:
+            continue
+        if path.is_dir():
+            raise ScenarioError(f"{path} is a folder: give the name of a file in it")
+        folder = next(parent for parent in path.resolve().parents if parent.exists())
+        if not folder.is_dir():
+            raise ScenarioError(f"{folder} is a file, not a folder: give another place for {path.name}")
+        if not os.access(folder, os.W_OK):
+            raise ScenarioError(f"{folder} may not be written: give another place for {path.name}")

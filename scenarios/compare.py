@@ -326,6 +326,7 @@ def comparison_json(comparison: Comparison) -> str:
     """Rows, modes and times of a comparison as JSON; what is not known is null."""
     times = comparison.times
     content = {
+        "kind": "comparison",
         "title": comparison.scenario.title,
         "duration": comparison.scenario.simulation.duration,
         "records": len(comparison.samples),

@@ -8,10 +8,10 @@ from rich.table import Table
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.scenarios.compare import PRECISION, Comparison, ComparisonRow
-from tlpsim.scenarios.console import output
 from tlpsim.scenarios.paper import CAVEAT, SOURCE, TABLE_I
 from tlpsim.scenarios.spectral_tables import ENDS, LOW, WAVE, hours, number, worst_tendons
 from tlpsim.scenarios.statistics.summary import TABLE_UNITS
+from tlpsim.scenarios.terminal import output
 
 _PARTS = {"mean": "mean", "low_frequency": f"std {LOW} Hz", "wave_frequency": f"std {WAVE} Hz"}
 _EXTREMES = {"mean": "mean", "std": "std", "maximum": "max", "minimum": "min"}

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.orchestrator.coupling_report import ConnectionMeasure, ConnectionReport
-from tlpsim.scenarios.console import output
+from tlpsim.scenarios.terminal import output
 
 _LEGEND = (
     "error: of the wanted part, the largest in the band between samples, that at its end (Hz) beyond them; image: of "

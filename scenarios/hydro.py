@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from tlpsim.loads.bem.database import HydrodynamicDatabase, Problem, cache_path, cached, write
@@ -26,9 +23,11 @@ from tlpsim.loads.bem.quadratic_transfer import (
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.waves.airy import wavenumber
-from tlpsim.scenarios.console import messages, output
+from tlpsim.loads.whole_file import require_writable
 from tlpsim.scenarios.hull import Hull, checked, lid_of
+from tlpsim.scenarios.progress import frequency_bar
 from tlpsim.scenarios.quantities import ACCELERATION, DENSITY, LENGTH, Dimension
+from tlpsim.scenarios.terminal import output
 
 FloatArray = NDArray[np.float64]
 
@@ -142,56 +141,6 @@ def make_problem(
         coarse_lid=None if lid is None or hull.coarse is None else lid_of(hull.coarse),
     )
     return problem, warnings
-
-
-def require_writable(path: Path) -> None:
-    """Tell before a long computation that its result could not be written.
-
-    Raises
-    ------
-    ScenarioError
-        If the path is a folder, or its folder is a file.
-    """
-    if path.is_dir():
-        raise ScenarioError(f"{path} is a folder: give the name of a file in it")
-    for folder in path.resolve().parents:
-        if folder.exists():
-            if not folder.is_dir():
-                raise ScenarioError(f"{folder} is a file, not a folder: give another place for {path.name}")
-            return
-
-
-@contextmanager
-def frequency_bar(what: str = "radiation and diffraction") -> Iterator[Callable[[int, int], None]]:
-    """Progress bar on the error stream, to be called with the number of frequencies done and their total.
-
-    Ctrl-C ends the block by KeyboardInterrupt, also where compiled code makes an error of its own of it or loses it.
-    """
-    asked = False
-
-    def interrupt(*_: object) -> None:
-        nonlocal asked
-        asked = True
-        raise KeyboardInterrupt
-
-    def tell(done: int, total: int) -> None:
-        if asked:
-            raise KeyboardInterrupt
-        text = f"{done} of {total} frequencies"
-        progress.update(task, description=what, total=total, completed=done, done=text)
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"), TimeRemainingColumn())
-    before = signal.signal(signal.SIGINT, interrupt)
-    try:
-        with Progress(*columns, console=messages, transient=True, disable=not messages.is_terminal) as progress:
-            task = progress.add_task("integrals of the mesh", total=None, done="")
-            yield tell
-    except BaseException:
-        if asked:
-            raise KeyboardInterrupt from None
-        raise
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def solved(problem: Problem) -> tuple[HydrodynamicDatabase, bool]:

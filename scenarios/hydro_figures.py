@@ -22,7 +22,8 @@ from tlpsim.loads.bem.mesh import panels, waterline_loops, whole
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM, HORIZONTAL
 from tlpsim.scenarios.figure_files import save
 from tlpsim.scenarios.hull import read_hull
-from tlpsim.scenarios.hydro import frequency_bar, make_problem
+from tlpsim.scenarios.hydro import make_problem
+from tlpsim.scenarios.progress import frequency_bar
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -283,12 +283,12 @@ def is_being_written(destination: str | Path) -> bool:
 
 @contextmanager
 def _open(path: Path) -> Iterator[h5py.File]:
-    part = path.with_name(path.name + ".part")
-    if not path.exists():
-        hint = f"; the run that wrote it did not end, open {part} to see how far it came" if part.exists() else ""
-        raise ResultsError(f"{path}: no such results file{hint}")
     if path.is_dir():
         raise ResultsError(f"{path}: is a folder; give the name of a results file")
+    if not path.exists():
+        part = path.with_name(path.name + ".part")
+        hint = f"; the run that wrote it did not end, open {part} to see how far it came" if part.exists() else ""
+        raise ResultsError(f"{path}: no such results file{hint}")
     hint = ""
     try:
         try:

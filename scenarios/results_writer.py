@@ -73,6 +73,11 @@ class _Group:
         self._begun = np.zeros(len(names) + 1, dtype=np.bool_)  # whether the chunk is in the file
         self._begin = self._count = self._stored = 0
 
+    @property
+    def is_created(self) -> bool:
+        """Whether there was a first sample."""
+        return bool(self._datasets)
+
     def create(self, time: int, end: int, values: NDArray[np.float64]) -> None:
         """Create the datasets at the first sample, when it is known how many there will be at most."""
         length = chunk_length(len(self._names) + 1, (end - time) // self._component.step + 1)
@@ -219,7 +224,7 @@ class ResultsWriter(Observer):
             self._groups[index].take(times, values, self._recording.end)
             self._meter.sampled(index, times, values)
             began = monotonic()
-            if began >= self._due:
+            if began >= self._due and all(group.is_created for group in self._groups):
                 self._flush()
                 now = monotonic()
                 self._due = now + max(FLUSH_INTERVAL, (now - began) / _FLUSH_SHARE)
@@ -301,4 +306,5 @@ def origin() -> dict[str, str]:
 
 def _one_line(reason: BaseException) -> str:
     text = " ".join(str(reason).split())
-    return text if isinstance(reason, TlpsimError) else f"{type(reason).__name__} {text}".strip()
+    told = isinstance(reason, TlpsimError) or (isinstance(reason, KeyboardInterrupt) and text)
+    return text if told else f"{type(reason).__name__} {text}".strip()

@@ -125,6 +125,8 @@ def interrupted(destination: str | Path) -> Interrupted:
         When the run is complete or goes on, or there is no checkpoint of it.
     """
     destination = Path(destination)
+    if destination.is_dir():
+        raise CheckpointError(f"{destination}: is a folder; give the name of a results file")
     path = checkpoint_path(destination)
     _require_ended(destination)
     if destination.is_file():

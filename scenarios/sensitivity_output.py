@@ -14,12 +14,12 @@ from rich.table import Table
 
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.whole_file import whole_file
-from tlpsim.scenarios.console import output
 from tlpsim.scenarios.json_text import json_text
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.sensitivity import STATISTICS, Change, Sensitivity
 from tlpsim.scenarios.spectral_file import head, opened
 from tlpsim.scenarios.spectral_tables import number
+from tlpsim.scenarios.terminal import output
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,7 +103,12 @@ def sensitivity_rows(found: Sensitivity) -> list[dict[str, Any]]:
 
 def sensitivity_json(found: Sensitivity) -> str:
     """Rows and notes as JSON; what is not known is null."""
-    content = {"title": found.scenario.title, "notes": list(found.notes), "rows": sensitivity_rows(found)}
+    content = {
+        "kind": "sensitivity",
+        "title": found.scenario.title,
+        "notes": list(found.notes),
+        "rows": sensitivity_rows(found),
+    }
     return json_text(content)
 
 

@@ -1,21 +1,19 @@
-"""What the command line shows of the frequency domain: the response, and a bar of cases that are done."""
+"""What the command line shows of the frequency domain."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.spectral.records import Quantity, SpectralResponse
-from tlpsim.scenarios.console import messages, output
 from tlpsim.scenarios.statistics.bands import BAND_EDGES
 from tlpsim.scenarios.statistics.summary import TABLE_UNITS
+from tlpsim.scenarios.terminal import output
 
 ENDS = {"top": "tendon_tension", "bottom": "tendon_bottom_tension"}
 """Quantities of the tensions at the two ends of a tendon, by what the end is called."""
@@ -161,16 +159,3 @@ def hours(duration: float) -> str:
 def number(value: float, digits: int = 3) -> str:
     """Number of a table; a dash for what is not known, and no minus before zeros."""
     return "–" if np.isnan(value) else f"{value:.{digits}f}".replace(f"-{0:.{digits}f}", f"{0:.{digits}f}")
-
-
-@contextmanager
-def case_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Progress bar on the error stream, to be called with the number of cases done and their total."""
-
-    def tell(done: int, total: int) -> None:
-        progress.update(task, total=total, completed=done, done=f"{done} of {total} {what}")
-
-    columns = (TextColumn("{task.fields[done]}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=messages, transient=True, disable=not messages.is_terminal) as progress:
-        task = progress.add_task("", total=None, done="starting")
-        yield tell

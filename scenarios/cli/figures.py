@@ -9,8 +9,10 @@ from typing import Annotated
 import typer
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios.cli.options import Settings, interruptible, load
+from tlpsim.scenarios.cli.endings import interruptible
+from tlpsim.scenarios.cli.options import Settings, load
 from tlpsim.scenarios.cli.spectral import compare_figures
+from tlpsim.scenarios.terminal import say
 
 
 class FigureSet(StrEnum):
@@ -60,14 +62,15 @@ def figures(
         return
     from tlpsim.scenarios.figures import draw_processes
 
-    for path in draw_processes(output, load(scenario, None, None, settings) if scenario else None):
-        typer.echo(path)
+    with interruptible(lambda: "nothing was drawn"):
+        for path in draw_processes(output, load(scenario, None, None, settings) if scenario else None):
+            say(path)
 
 
 def _hydro_figures(folder: Path, database: Path | None) -> None:
     from tlpsim.loads.bem.database import read
     from tlpsim.scenarios.hydro_figures import draw_hydrodynamics, reference_database
 
-    with interruptible(lambda: "interrupted"):
+    with interruptible(lambda: "nothing was drawn"):
         for path in draw_hydrodynamics(folder, read(database) if database else reference_database()):
-            typer.echo(path)
+            say(path)

@@ -7,7 +7,10 @@ from typing import Annotated
 
 import typer
 
-from tlpsim.scenarios.cli.options import interruptible, show_warning
+from tlpsim.loads.whole_file import require_writable
+from tlpsim.scenarios.cli.endings import interruptible
+from tlpsim.scenarios.cli.options import Json, print_json, show_warning
+from tlpsim.scenarios.terminal import say
 
 HullFile = Annotated[Path, typer.Argument(metavar="HULL", help="HULL.toml, or a mesh: .gdf, .dat, .mar, .stl.")]
 DatabaseFile = Annotated[
@@ -53,9 +56,10 @@ def bem(
     symmetry: Annotated[
         str | None, typer.Option(metavar="XY", help="Planes of symmetry of a mesh file: x, y or xy.")
     ] = None,
+    json: Json = False,
 ) -> None:
     """Radiation, diffraction and mean drift of a hull by boundary elements, into a hydrodynamic database."""
-    with interruptible(lambda: "interrupted; nothing was written"):
+    with interruptible(lambda: "nothing was written"):
         from tlpsim.loads.bem.quadratic_transfer import write_quadratic_transfer
         from tlpsim.scenarios.hull import read_hull
         from tlpsim.scenarios.hydro import (
@@ -64,11 +68,11 @@ def bem(
             print_quadratic_transfer,
             quantity,
             require_quadratic,
-            require_writable,
             solved,
             solved_quadratic,
             write_output,
         )
+        from tlpsim.scenarios.json_content import database_content, quadratic_content
         from tlpsim.scenarios.quantities import LENGTH
 
         require_writable(output)
@@ -79,13 +83,19 @@ def bem(
             show_warning(text)
         database, from_cache = solved(problem)
         table = None if qtf is None else solved_quadratic(problem, qtf_omega, qtf_pairs)
-        paths = write_output(database, output)
-        print_database(database)
+        paths = [str(path) for path in write_output(database, output)]
         if table is not None and qtf is not None:
             write_quadratic_transfer(table, qtf)
+    if json:
+        content = {**database_content(database), "paths": paths, "from_cache": from_cache}
+        told = None if table is None else {**quadratic_content(table), "path": str(qtf)}
+        print_json({**content, "quadratic_transfer": told})
+    else:
+        print_database(database)
+        if table is not None:
             print_quadratic_transfer(table, database)
     if from_cache:
-        typer.echo("from the cache: this problem was solved before")
-    typer.echo("database: " + ", ".join(str(path) for path in paths))
+        say("from the cache: this problem was solved before", aside=json)
+    say(f"database: {', '.join(paths)}", aside=json)
     if qtf is not None:
-        typer.echo(f"quadratic transfer function: {qtf}")
+        say(f"quadratic transfer function: {qtf}", aside=json)

@@ -1,13 +1,14 @@
-"""What commands of `tlpsim` share: options, the scenario that they choose, Ctrl-C."""
+"""What commands of `tlpsim` share: options, the scenario that they choose, how warnings are shown."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from tlpsim.scenarios.cli import completion
+from tlpsim.scenarios.terminal import complain
 
 if TYPE_CHECKING:
     from tlpsim.scenarios.schema import Scenario
@@ -15,20 +16,16 @@ if TYPE_CHECKING:
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a key of the scenario, as in waves.significant_height=9."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Set a key of the scenario, as in waves.significant_height=9; may be given again.",
+        autocompletion=completion.settings,
+    ),
 ]
 Duration = Annotated[str | None, typer.Option(metavar="S", help="Duration in s, or with a unit: 3h.")]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of wind and waves.")]
-
-
-@contextmanager
-def interruptible(told: Callable[[], str]) -> Iterator[None]:
-    """On Ctrl-C, tell so and leave with the exit code of an interrupt."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        typer.echo(f"tlpsim: {told()}", err=True)
-        raise typer.Exit(130) from None
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on standard output, and nothing else there.")]
 
 
 def load(path: Path, duration: str | None, seed: int | None, settings: list[str] | None) -> Scenario:
@@ -49,6 +46,13 @@ def load(path: Path, duration: str | None, seed: int | None, settings: list[str]
     return Scenario.load(path, overrides)
 
 
+def print_json(content: object) -> None:
+    """Print nested content as JSON, also where the command is quiet: who asks for JSON wants it."""
+    from tlpsim.scenarios.json_text import json_text
+
+    typer.echo(json_text(content))
+
+
 def show_warning(message: Warning | str, *origin: object, **_: object) -> None:
     """Show a warning as one line; to take the place of `warnings.showwarning`."""
-    typer.echo(f"tlpsim: warning: {message}", err=True)
+    complain(f"tlpsim: warning: {message}")

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios.cli.options import Duration, Seed, Settings, interruptible, load
+from tlpsim.loads.whole_file import require_writable
+from tlpsim.scenarios.cli import completion
+from tlpsim.scenarios.cli.endings import interruptible
+from tlpsim.scenarios.cli.options import Duration, Json, ScenarioFile, Seed, Settings, load, print_json
+from tlpsim.scenarios.terminal import say
 
-ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (TOML).")]
 Workers = Annotated[
     int | None, typer.Option("--workers", metavar="N", help="Processes at a time; as many as cores without it.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 
 
 def spectral(
@@ -24,20 +27,26 @@ def spectral(
     ] = None,
     duration: Duration = None,
     settings: Settings = None,
+    json: Json = False,
 ) -> None:
     """Analyse a scenario in the frequency domain: means, spreads, extremes, tensions and modes, in seconds."""
-    with interruptible(lambda: "interrupted; nothing was written"):
+    with interruptible(lambda: "nothing was written"):
+        from tlpsim.scenarios.json_content import response_content
         from tlpsim.scenarios.spectral import spectral_response
         from tlpsim.scenarios.spectral_file import write_spectral
         from tlpsim.scenarios.spectral_tables import print_response
 
         chosen = load(scenario, duration, None, settings)
-        _require_writable(output)
+        require_writable(output)
         response = spectral_response(chosen)
-        print_response(response, chosen.title, chosen.simulation.duration)
         if output is not None:
             write_spectral(response, chosen, output)
-            typer.echo(f"response: {output}")
+    if json:
+        print_json(response_content(response, chosen.title, chosen.simulation.duration))
+    else:
+        print_response(response, chosen.title, chosen.simulation.duration)
+    if output is not None:
+        say(f"response: {output}", aside=json)
 
 
 def compare(
@@ -57,23 +66,24 @@ def compare(
     json: Json = False,
 ) -> None:
     """Analyse a scenario in both domains: the paper's Table I by each, extremes, and what they cost."""
-    with interruptible(lambda: "interrupted; nothing was written"):
+    with interruptible(lambda: "nothing was written"):
         from tlpsim.scenarios.compare import compare as analyse
         from tlpsim.scenarios.compare import comparison_json, write_comparison
         from tlpsim.scenarios.compare_tables import print_comparison
-        from tlpsim.scenarios.spectral_tables import case_bar
+        from tlpsim.scenarios.progress import case_bar
 
         chosen = load(scenario, duration, seed, settings)
-        _require_writable(output)
+        require_writable(output)
         with case_bar("records") as tell:
             found = analyse(chosen, records, cosimulation=cosimulation, workers=workers, progress=tell)
-        if json:
-            typer.echo(comparison_json(found))
-        else:
-            print_comparison(found, paper)
         if output is not None:
             write_comparison(found, output)
-            typer.echo(f"comparison: {output}", err=json)
+    if json:
+        typer.echo(comparison_json(found))
+    else:
+        print_comparison(found, paper)
+    if output is not None:
+        say(f"comparison: {output}", aside=json)
 
 
 def sensitivity(
@@ -82,7 +92,12 @@ def sensitivity(
     turn: Annotated[str, typer.Option("--turn", metavar="B", help="The same of headings, degrees.")] = "10",
     parameters: Annotated[
         str | None,
-        typer.Option("--parameters", metavar="KEY,...", help="Keys to change, as in wind.speed,waves.peak_period."),
+        typer.Option(
+            "--parameters",
+            metavar="KEY,...",
+            help="Keys to change, as in wind.speed,waves.peak_period.",
+            autocompletion=completion.parameters,
+        ),
     ] = None,
     everything: Annotated[
         bool, typer.Option("--all", help="Mass and draught too, whose hydrodynamics take some 25 s a case.")
@@ -97,7 +112,8 @@ def sensitivity(
     json: Json = False,
 ) -> None:
     """Change keys of the environment and of the platform up and down, and show what becomes of the response."""
-    with interruptible(lambda: "interrupted; nothing was written"):
+    with interruptible(lambda: "nothing was written"):
+        from tlpsim.scenarios.progress import case_bar
         from tlpsim.scenarios.quantities import HEADING, RATIO
         from tlpsim.scenarios.sensitivity import sensitivity as study
         from tlpsim.scenarios.sensitivity_output import (
@@ -107,14 +123,13 @@ def sensitivity(
             sensitivity_json,
             write_sensitivity,
         )
-        from tlpsim.scenarios.spectral_tables import case_bar
 
         chosen = load(scenario, duration, None, settings)
         if everything and parameters is not None:
             raise ScenarioError("--all adds to the default parameters: leave it out, and name the keys in --parameters")
         if output is not None:
             require_output(output)
-        _require_writable(output)
+        require_writable(output)
         try:
             part, degrees = RATIO.parse(change), HEADING.parse(turn)
         except ValueError as error:
@@ -129,16 +144,17 @@ def sensitivity(
                 workers=workers,
                 progress=tell,
             )
-        if json:
-            typer.echo(sensitivity_json(found))
-        else:
-            print_sensitivity(found)
         if output is not None:
             write_sensitivity(found, output)
-            typer.echo(f"sensitivity: {output}", err=json)
-        if figure is not None:
-            for path in draw_sensitivity(figure, found):
-                typer.echo(path, err=json)
+        drawn = () if figure is None else draw_sensitivity(figure, found)
+    if json:
+        typer.echo(sensitivity_json(found))
+    else:
+        print_sensitivity(found)
+    if output is not None:
+        say(f"sensitivity: {output}", aside=json)
+    for path in drawn:
+        say(path, aside=json)
 
 
 def compare_figures(folder: Path, scenario: Path | None, settings: list[str] | None, comparison: Path | None) -> None:
@@ -152,9 +168,9 @@ def compare_figures(folder: Path, scenario: Path | None, settings: list[str] | N
     from tlpsim.scenarios.compare import compare as analyse
     from tlpsim.scenarios.compare import read_comparison
     from tlpsim.scenarios.compare_figures import draw_comparison
-    from tlpsim.scenarios.spectral_tables import case_bar
+    from tlpsim.scenarios.progress import case_bar
 
-    with interruptible(lambda: "interrupted; nothing was written"):
+    with interruptible(lambda: "nothing was written"):
         chosen = None if scenario is None else load(scenario, None, None, settings)
         if comparison is not None:
             found = read_comparison(comparison)
@@ -169,32 +185,35 @@ def compare_figures(folder: Path, scenario: Path | None, settings: list[str] | N
         else:
             raise ScenarioError("the figures 'compare' need a --comparison of `tlpsim compare -o`, or a --scenario")
         for path in draw_comparison(folder, found):
-            typer.echo(path)
+            say(path)
 
 
-def print_spectral_file(file: Path) -> bool:
+def print_spectral_file(file: Path, json: bool) -> bool:
     """Print what a file of `tlpsim spectral`, `compare` or `sensitivity` holds; False where it is none of them."""
     from tlpsim.scenarios import compare, sensitivity_output, spectral_file
     from tlpsim.scenarios.compare_tables import print_comparison
+    from tlpsim.scenarios.json_content import response_content
+    from tlpsim.scenarios.json_text import json_text
     from tlpsim.scenarios.schema import Scenario
     from tlpsim.scenarios.spectral_tables import print_response
 
     attributes = spectral_file.read_head(file)
     form = attributes.get("format")
-    if form == spectral_file.FORMAT:
-        response, scenario = spectral_file.read_spectral(file), Scenario.from_json(str(attributes["scenario"]))
-        typer.echo(f"{file}: {form} of {attributes['created']}")
-        print_response(response, scenario.title, scenario.simulation.duration)
-    elif form == compare.FORMAT:
-        typer.echo(f"{file}: {form} of {attributes['created']}")
-        print_comparison(compare.read_comparison(file))
+    if form not in (spectral_file.FORMAT, compare.FORMAT, sensitivity_output.FORMAT):
+        return False
+    if form == compare.FORMAT:
+        comparison = compare.read_comparison(file)
+        text, show = compare.comparison_json(comparison), partial(print_comparison, comparison)
     elif form == sensitivity_output.FORMAT:
-        typer.echo(f"{file}: {form} of {attributes['created']}")
-        sensitivity_output.print_sensitivity(sensitivity_output.read_sensitivity(file))
-    return form in (spectral_file.FORMAT, compare.FORMAT, sensitivity_output.FORMAT)
-
-
-def _require_writable(path: Path | None) -> None:
-    """Refuse, before anything is computed, an output that is a folder."""
-    if path is not None and path.is_dir():
-        raise ScenarioError(f"{path}: is a folder; give the name of a file")
+        study = sensitivity_output.read_sensitivity(file)
+        text, show = sensitivity_output.sensitivity_json(study), partial(sensitivity_output.print_sensitivity, study)
+    else:
+        response, scenario = spectral_file.read_spectral(file), Scenario.from_json(str(attributes["scenario"]))
+        shown = response, scenario.title, scenario.simulation.duration
+        text, show = json_text(response_content(*shown)), partial(print_response, *shown)
+    if json:
+        typer.echo(text)
+    else:
+        say(f"{file}: {form} of {attributes['created']}")
+        show()
+    return True

@@ -101,6 +101,16 @@ def band_statistics(
     )
 
 
+def band_signals(
+    fluctuation: NDArray[np.float64], step: float, edges: tuple[float, float] = BAND_EDGES
+) -> NDArray[np.float64]:
+    """Parts of a fluctuation (n,) at a step (s) in the low-frequency and in the wave-frequency band, (2, n)."""
+    frequency = np.fft.rfftfreq(len(fluctuation), step)
+    lines = np.fft.rfft(fluctuation)
+    inside = np.stack([frequency < edges[0], (frequency >= edges[0]) & (frequency < edges[1])])
+    return np.fft.irfft(np.where(inside, lines, 0.0), len(fluctuation))
+
+
 def first_sample(time: NDArray[np.float64], start: float, edge: float) -> tuple[int, str]:
     """Index of the first sample at `start` or later, or 0 and a note when too little would be left."""
     if not len(time):

@@ -64,7 +64,7 @@ EVENTS: tuple[dict[str, Any], ...] = (
 
 
 def test_fmus_and_one_loop_change_alike(tmp_path: Path) -> None:
-    """Two programs of the same events; what differs is the error of the coupling, which is larger where motions are small."""
+    """Two programs of the same events; what differs is the error of the coupling, larger where motions are small."""
     scenario = changing(*EVENTS)
     fmus, loop = scenario.run(tmp_path / "f.h5"), scenario.run(tmp_path / "l.h5", monolithic=True)
     without = changing().run(tmp_path / "w.h5")

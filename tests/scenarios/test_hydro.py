@@ -13,11 +13,9 @@ from tlpsim.loads.bem.database import HydrodynamicDatabase, compute, read
 from tlpsim.loads.bem.exchange import read_capytaine, read_wamit
 from tlpsim.loads.bem.hulls import box
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios.console import output
 from tlpsim.scenarios.hull import Hull
 from tlpsim.scenarios.hydro import (
     frequencies,
-    frequency_bar,
     make_problem,
     numbers,
     print_quadratic_transfer,
@@ -27,7 +25,9 @@ from tlpsim.scenarios.hydro import (
     write_output,
 )
 from tlpsim.scenarios.hydro_figures import couplings, draw_hydrodynamics
+from tlpsim.scenarios.progress import frequency_bar
 from tlpsim.scenarios.quantities import DENSITY, LENGTH
+from tlpsim.scenarios.terminal import output
 
 MESH = box(20.0, 10.0, 5.0, 5.0)
 HULL = Hull(mesh=MESH, lid=None, body=None, coarse=None)
@@ -133,7 +133,7 @@ def lost_in_a_callback() -> None:
 
 
 @pytest.mark.parametrize("interrupted", [hidden_in_compiled_code, lost_in_a_callback])
-def test_ctrl_c_ends_a_computation(interrupted: Callable[[], None]) -> None:
+def test_ctrl_c_ends_a_computation(interrupted: Callable[[], None], hears_ctrl_c: None) -> None:
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
         interrupted()

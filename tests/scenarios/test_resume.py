@@ -6,13 +6,12 @@ import signal
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic, sleep
 
 import numpy as np
 import pytest
-from rich.console import Console
-from rich.progress import Progress, TextColumn
 from typer.testing import CliRunner
 
 from tlpsim.loads.errors import ScenarioError, TlpsimError, WiringError
@@ -20,8 +19,8 @@ from tlpsim.orchestrator.checkpoint import CheckpointError, Checkpoints, read
 from tlpsim.orchestrator.fmi.log import Message, parsed
 from tlpsim.orchestrator.observers import Observer
 from tlpsim.scenarios.cli.main import app
-from tlpsim.scenarios.console import ProgressBar
 from tlpsim.scenarios.generic import opened, run_system
+from tlpsim.scenarios.progress import RunWatcher
 from tlpsim.scenarios.results import Results, open_results
 from tlpsim.scenarios.resume import (
     checkpoint_path,
@@ -126,10 +125,10 @@ def test_a_system_goes_on_from_any_folder(chain: Path, tmp_path: Path, monkeypat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["chain.fmu", "r.h5", "whole.h5"]
 
 
-def test_ctrl_c_says_how_to_go_on(scenario_file: Path, tmp_path: Path) -> None:
+def test_ctrl_c_says_how_to_go_on(scenario_file: Path, tmp_path: Path, listening: Callable[[], None]) -> None:
     output = tmp_path / "r.h5"
     command = [*COMMAND, "run", str(scenario_file), "-o", str(output), "--duration", "1e6", "--checkpoint-every", "10"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, preexec_fn=listening)
     wait_for_checkpoint(process, checkpoint_path(output), 0)
     with pytest.raises(CheckpointError, match="a run is writing it; wait until it has ended"):
         interrupted(output)
@@ -137,7 +136,8 @@ def test_ctrl_c_says_how_to_go_on(scenario_file: Path, tmp_path: Path) -> None:
     _, told = process.communicate(timeout=60)
     assert process.returncode == 130
     assert told.decode().strip() == (
-        f"tlpsim: interrupted; the samples so far are in {output}.part; go on with: tlpsim resume {output}"
+        f"tlpsim: interrupted; the samples so far are in {output}.part; open it with: tlpsim info {output}.part; "
+        f"go on with: tlpsim resume {output}"
     )
 
 
@@ -225,18 +225,16 @@ def test_runs_without_a_state_are_refused_and_leave_nothing(
 # What is shown
 
 
-def test_the_progress_bar_goes_on_where_the_run_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_goes_on_where_the_run_does(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(range(100))
-    monkeypatch.setattr("tlpsim.scenarios.console.monotonic", lambda: float(next(clock)))
-    shown = Progress(TextColumn("{task.description}"), console=Console(quiet=True), auto_refresh=False)
-    bar = ProgressBar(shown, 100.0, begin=60.0)
-    assert shown.tasks[0].percentage == 60.0
+    monkeypatch.setattr("tlpsim.scenarios.progress.monotonic", lambda: float(next(clock)))
+    shown: list[tuple[float, float, str]] = []
+    watcher = RunWatcher(lambda *what: shown.append(what), 100.0, begin=60.0)
     for time in (10, 60):
-        bar.sampled(0, np.array([time * SECOND]), np.zeros((1, 1)))
-        assert shown.tasks[0].description == "starting"
-    bar.sampled(0, np.array([72 * SECOND]), np.zeros((1, 1)))
-    assert shown.tasks[0].completed == 72.0
-    assert shown.tasks[0].fields["speed"] == "4 × real time"  # 12 s in the 3 since the start
+        watcher.sampled(0, np.array([time * SECOND]), np.zeros((1, 1)))
+        assert shown == []
+    watcher.sampled(0, np.array([72 * SECOND]), np.zeros((1, 1)))
+    assert shown == [(72.0, 100.0, "72 of 100 s, 4 × real time")]  # 12 s in the 3 since the start
 
 
 def warnings_of(*arguments: object) -> list[str]:
@@ -261,9 +259,9 @@ def test_messages_of_a_process_of_its_own_are_shown_too(chain: Path, scenario_fi
 
 
 def test_an_fmu_that_talks_is_cut_short(capsys: pytest.CaptureFixture[str]) -> None:
-    bar = ProgressBar(Progress(console=Console(quiet=True)), 100.0, 0.0)
+    watcher = RunWatcher(lambda *what: None, 100.0, 0.0)
     for number in range(100):
-        bar.tell(Message(component="a", time=float(number), status=number % 2, text=f"x = {number // 2}"))
+        watcher.tell(Message(component="a", time=float(number), status=number % 2, text=f"x = {number // 2}"))
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "tlpsim: a: t = 1 s, warning: x = 0"
     assert lines[-1] == "tlpsim: a: further messages are not shown"

@@ -162,12 +162,15 @@ def test_an_error_is_one_line_with_exit_code_2(
 
 
 @pytest.fixture
-def endless(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[subprocess.Popen[bytes]]:
+def endless(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, listening: Callable[[], None]
+) -> Iterator[subprocess.Popen[bytes]]:
     """A comparison of hours in a process group of its own, as a terminal makes one."""
     monkeypatch.setenv("FORCE_COLOR", "1")  # draws the progress bar, which tells when to interrupt
     command = [sys.executable, "-m", "tlpsim.scenarios.cli", "compare", str(scenario), "-o", str(tmp_path / "c.h5")]
     command += ["--records", "5000", "--workers", "2"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True) as running:
+    opening = {"stderr": subprocess.PIPE, "start_new_session": True, "preexec_fn": listening}
+    with subprocess.Popen(command, **opening) as running:
         yield running
         with suppress(ProcessLookupError):
             os.killpg(running.pid, signal.SIGKILL)
