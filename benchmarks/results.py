@@ -22,7 +22,7 @@ import numpy as np
 import results_browser
 import statistics_accuracy
 import xarray
-from report import Row, at_least, at_most, main
+from report import Row, at_most, main
 
 from tlpsim.orchestrator.clock import to_ticks
 from tlpsim.orchestrator.execution import run
@@ -60,7 +60,9 @@ def writing(quick: bool) -> Sequence[Row]:
         share = 100.0 * (written - bare) / written
         rows.append(at_most(f"{scenario.simulation.duration / 3600:g} h, {name}: share of writing", share, 10.0, "%"))
         rows.append(Row(item="the same: run with writing", measured=f"{written:.2f} s"))
-        rows.append(Row(item="the same: file; compressed to", measured=f"{size / 1e6:.1f} MB; {100 * size / raw:.0f} %"))
+        rows.append(
+            Row(item="the same: file; compressed to", measured=f"{size / 1e6:.1f} MB; {100 * size / raw:.0f} %")
+        )
     return rows
 
 

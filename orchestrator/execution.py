@@ -15,6 +15,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
+from heapq import merge
+from itertools import groupby
 from time import perf_counter, perf_counter_ns
 
 import numpy as np
@@ -588,10 +590,11 @@ def _advance(master: Master, start: int, stop: int, checkpoints: Checkpoints | N
     begin = start if resumed is None else resumed.time
     if resumed is None:
         master.change(start)
-    saved = set() if checkpoints is None else set(checkpoints.times(begin, stop)) - {stop}
-    for time in sorted({*saved, *due_times(master.system.events, begin, stop), stop}):
+    saves = () if checkpoints is None else checkpoints.times(begin, stop)
+    for time, _ in groupby(merge(due_times(master.system.events, begin, stop), saves, [stop])):
         master.advance(time)
-        if time < stop:
-            master.change(time)
-        if checkpoints is not None and time in saved:
+        if time == stop:
+            return
+        master.change(time)
+        if checkpoints is not None and time % checkpoints.every == 0:
             checkpoints.save(master, time)

@@ -11,15 +11,13 @@ from rich.table import Table
 
 from tlpsim.orchestrator.clock import to_seconds
 from tlpsim.orchestrator.system import System, loops
-from tlpsim.scenarios.terminal import messages, output, say
+from tlpsim.scenarios.terminal import output, say
 
 if TYPE_CHECKING:
     from tlpsim.orchestrator.fmi.description import FmuDescription
     from tlpsim.scenarios.results import Results
 
 _FEWEST = 2  # samples of a record that has statistics
-
-__all__ = ["messages", "output", "print_fmu", "print_results", "print_summary", "print_system"]
 
 
 def print_summary(results: Results) -> None:

@@ -50,6 +50,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from tlpsim.loads.checks import require_positive
 from tlpsim.loads.errors import ScenarioError, StepError
@@ -262,7 +263,8 @@ class ArmaSea:
 @lru_cache(maxsize=32)
 def _fitted(state: SeaState, sampling_step: float, orders: Orders) -> Fit:
     """The filter of a sea state, made once for all the components that ask for it in a process."""
-    with warnings.catch_warnings():
+    # With one thread, since another number of them would change the last bits, and so the record of a seed.
+    with warnings.catch_warnings(), threadpool_limits(1, user_api="blas"):
         warnings.simplefilter("ignore", FilterFitWarning)
         return fit(state.density, sampling_step, orders=orders, white_floor=_WHITE_FLOOR, polish=True)
 

@@ -15,6 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from tlpsim.loads.checks import require_positive
 from tlpsim.loads.errors import ScenarioError, StepError
@@ -282,6 +283,7 @@ def _fitted(position: tuple[Any, ...], area: tuple[Any, ...], heading: float, pr
     _, spectrum = gust_spectrum(
         position=np.array(position), area=np.array(area), heading=heading, profile=profile, gusts=gusts
     )
-    with warnings.catch_warnings():
+    # With one thread, since another number of them would change the last bits, and so the record of a seed.
+    with warnings.catch_warnings(), threadpool_limits(1, user_api="blas"):
         warnings.simplefilter("ignore", FilterFitWarning)
         return fit(spectrum, gusts.sampling_step, orders=gusts.orders)

@@ -44,7 +44,7 @@ def test_certificates_are_those_of_the_run(nothing: Results, storm: Scenario) ->
     for chart in charts:
         curves = {each["label"]: each for each in chart.content["choices"][0]["views"][0]["series"]}
         assert set(curves) == {"asked for", "filter"}  # nothing of these processes was recorded
-        told = re.search(r"over that asked for: ([\d.]+)", chart.caption)
+        told = re.search(r"over that asked for: (\d+\.\d+)", chart.caption)
         assert told is not None
         frequency = np.array(curves["filter"]["x"])
         made, asked = (np.trapezoid(curves[name]["y"], frequency) for name in ("filter", "asked for"))

@@ -19,9 +19,9 @@ from tlpsim.scenarios.statistics.summary import TABLE_UNITS, summary
 
 
 @pytest.fixture(scope="module")
-def analysis(records: tuple[Results, Results], fake_response: Callable[..., SpectralResponse]) -> Analysis:
+def analysis(record: Results, fake_response: Callable[..., SpectralResponse]) -> Analysis:
     """One record of the storm, with a response of the frequency domain that needs no solver."""
-    (case,) = cases(records[:1])
+    (case,) = cases([record])
     return dataclasses.replace(analysed(case), response=fake_response())
 
 

@@ -52,9 +52,9 @@ def test_a_system_without_a_scenario(
     assert table.rows[0].cells == ("3.00000", "2.16025", "1.00000", "6.00000", "m/s²")
 
 
-def test_an_unfinished_run_says_so(records: tuple[Results, Results], tmp_path: Path) -> None:
+def test_an_unfinished_run_says_so(record: Results, tmp_path: Path) -> None:
     path = tmp_path / "storm.h5.part"
-    path.write_bytes(records[0].path.read_bytes())
+    path.write_bytes(record.path.read_bytes())
     with h5py.File(path, "a") as file:
         file.attrs["status"] = "running"
         file["platform"]["position.surge"].resize((2500,))  # 250 s of it
