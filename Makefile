@@ -11,13 +11,14 @@ demo: $(READY)
 	$(BIN)/tlpsim build -o build/fmus
 	$(BIN)/tlpsim run scenarios/typical_tlp.toml -o build/demo.h5
 
+# Two tests at a time: more would take the threads of compiled code from each other.
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2
 
 validation: $(READY)
 	$(BIN)/python -m pytest -m validation
 
-BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic master coupling spectral
+BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic master coupling spectral results
 
 bench: $(READY)
 	$(BIN)/pip install --quiet --editable '.[compare]'

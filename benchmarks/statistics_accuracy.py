@@ -166,7 +166,7 @@ def _platform_record(scenario: Scenario) -> FloatArray:
 
 def platform(quick: bool) -> list[Row]:
     """Coverage for the default platform in its storm, against all records together, over signals in the mean."""
-    count = 4 if quick else 48
+    count = 4 if quick else 96
     scenario = Scenario.load(SCENARIO).with_(simulation={"duration": 11400.0})
     made = in_parallel(_platform_record, [seeded(scenario, 1000 + k) for k in range(count)], None)
     rows = []

@@ -31,8 +31,8 @@ def pack(values: NDArray[np.floating[Any]]) -> dict[str, Any]:
     Parameters
     ----------
     values
-        Any shape, values within the range of single precision; it is packed flat, in C order. Pack a component of a vector by itself, since the differences are
-        those of neighbours. What is not finite is read back as NaN.
+        Any shape, values within the range of single precision; it is packed flat, in C order. Pack a component of a
+        vector by itself, since the differences are those of neighbours. What is not finite is read back as NaN.
 
     Returns
     -------

@@ -189,8 +189,9 @@ def _table(block: Table, data: _Data) -> str:
     )
     bodies = "".join(f"<tbody>{''.join(_row(row, block) for row in group)}</tbody>" for group in _groups(block.rows))
     note = f'<p class="small">{escape(block.note)}</p>' if block.note else ""
+    kind = "table long" if len(block.rows) > _LONG else "table"
     return (
-        f'<figure class="table{" long" if len(block.rows) > _LONG else ""}"><div class="box" tabindex="0" role="region" aria-label="{escape(block.caption)}">'
+        f'<figure class="{kind}"><div class="box" tabindex="0" role="region" aria-label="{escape(block.caption)}">'
         f"<table><caption>{escape(block.caption)}</caption><thead><tr>{columns}</tr></thead>{bodies}</table></div>"
         f"{note}</figure>"
     )

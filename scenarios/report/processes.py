@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ FloatArray = NDArray[np.float64]
 
 _POINTS = 300  # of a curve
 _DECADES = 5.0  # of the ordinate
+_LINEAR = 0.25  # Hz, end of an even scale
 _FIGURES = {
     "auto_error_max": ("largest error of the spectra, dB", ".2f"),
     "auto_error_rms": ("root mean square error of the spectra, dB", ".3f"),
@@ -37,10 +38,35 @@ _FIGURES = {
 }
 
 
-def certificates(scenario: Scenario) -> tuple[dict[str, Certificate], list[tuple[str, Any]]]:
-    """Certificates of the filters of a scenario's built-in components by "wind" and "waves", and their models.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Process:
+    """A process that a digital filter makes.
 
-    Components that are other FMUs, and processes that are made without a filter, have none.
+    Attributes
+    ----------
+    name
+        "wind" or "waves".
+    certificate
+        Of the fit.
+    signal, title, unit
+        What of it is recorded and drawn, and the unit of its spectrum.
+    asked, made
+        Its spectrum at frequencies (Hz), as asked for and of the filter.
+    """
+
+    name: str
+    certificate: Certificate
+    signal: str
+    title: str
+    unit: str
+    asked: Callable[[FloatArray], FloatArray]
+    made: Callable[[FloatArray], FloatArray]
+
+
+def processes(scenario: Scenario) -> list[Process]:
+    """Wind and waves of a scenario's built-in components as they are made.
+
+    Components that are other FMUs, and processes that are made without a filter, are left out.
 
     Raises
     ------
@@ -50,15 +76,42 @@ def certificates(scenario: Scenario) -> tuple[dict[str, Certificate], list[tuple
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FilterFitWarning)  # the certificate says it
         wind, waves = wind_loads(scenario), wave_loads(scenario)
-    found: dict[str, Certificate] = {}
-    models: list[tuple[str, Any]] = []
+    found = []
     if wind is not None and isinstance(wind.field, WindField):
-        found["wind"] = wind.field.certificate
-        models.append(("wind", wind))
+        found.append(_gusts(wind.field, wind.segments.area))
     if waves is not None and isinstance(waves.sea, ArmaSea):
-        found["waves"] = waves.sea.certificate
-        models.append(("waves", waves.sea))
-    return found, models
+        found.append(_elevation(waves.sea))
+    return found
+
+
+def _gusts(field: WindField, area: FloatArray) -> Process:
+    """The wind speed that is recorded: the mean over the segments, weighted by their areas."""
+    share = area / area.sum()
+
+    def mean(spectra: NDArray[np.complex128] | FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("i,fij,j->f", share, spectra, share).real)
+
+    return Process(
+        name="wind",
+        certificate=field.certificate,
+        signal="wind.wind_speed",
+        title="Wind speed, mean over the area",
+        unit="(m/s)²/Hz",
+        asked=lambda frequency: mean(field.spectrum(frequency)),
+        made=lambda frequency: mean(filter_spectrum(field.model, frequency)),
+    )
+
+
+def _elevation(sea: ArmaSea) -> Process:
+    return Process(
+        name="waves",
+        certificate=sea.certificate,
+        signal="wave.elevation",
+        title="Wave elevation",
+        unit="m²/Hz",
+        asked=sea.state.density,
+        made=lambda frequency: np.asarray(filter_spectrum(sea.model, frequency)[:, 0, 0].real),
+    )
 
 
 def process_blocks(analyses: Sequence[Analysis]) -> tuple[list[Block], bool | None]:
@@ -70,18 +123,18 @@ def process_blocks(analyses: Sequence[Analysis]) -> tuple[list[Block], bool | No
             continue
         which = f": {each.case.label}" if len(analyses) > 1 else ""
         try:
-            found, models = certificates(each.case.scenario)
+            found = processes(each.case.scenario)
         except TlpsimError as error:
             blocks.append(Text(text=f"No certificates{which}: {error}.", small=True))
             continue
         if not found:
             blocks.append(Text(text=f"No digital filters{which}: wind and waves come from other FMUs, or are calm."))
             continue
-        trusted += [each.trusted for each in found.values()]
-        blocks.append(_table(found, which))
-        blocks += [Text(text=f"{name}: {c.advice}") for name, c in found.items() if c.advice]
-        charts = tuple(_chart(each, name, model) for name, model in models)
-        blocks.append(Grid(blocks=charts))
+        trusted += [process.certificate.trusted for process in found]
+        blocks.append(_table({process.name: process.certificate for process in found}, which))
+        advice = ((process.name, process.certificate.advice) for process in found)
+        blocks += [Text(text=f"{name}: {text}") for name, text in advice if text]
+        blocks.append(Grid(blocks=tuple(_chart(each, process) for process in found)))
     return blocks, all(trusted) if trusted else None
 
 
@@ -116,63 +169,37 @@ def _table(found: dict[str, Certificate], which: str) -> Table:
     )
 
 
-def _chart(analysis: Analysis, name: str, model: Any) -> Chart:
+def _chart(analysis: Analysis, process: Process) -> Chart:
     """Spectrum that was asked for, that of the filter, and the estimate from the records."""
-    if name == "wind":
-        weights = model.segments.area / model.segments.area.sum()
-        field, signal, title, unit = model.field, "wind.wind_speed", "Wind speed, mean over the area", "(m/s)²/Hz"
-
-        def reduced(matrix: NDArray[np.complex128]) -> FloatArray:
-            return np.asarray(np.einsum("i,fij,j->f", weights, matrix, weights).real)
-
-        arma, target = field.model, field.spectrum
-    else:
-        signal, title, unit = "wave.elevation", "Wave elevation", "m²/Hz"
-
-        def reduced(matrix: NDArray[np.complex128]) -> FloatArray:
-            return np.asarray(matrix[:, 0, 0].real)
-
-        arma, target = model.model, lambda f: model.state.density(f)[:, None, None]
-    band = model.field.certificate.band if name == "wind" else model.certificate.band
-    frequency = np.geomspace(*band, _POINTS)
-    asked, made = reduced(np.asarray(target(frequency))), reduced(filter_spectrum(arma, frequency))
+    lowest, highest = process.certificate.band
+    frequency = np.geomspace(lowest, highest, _POINTS)
+    asked, made = process.asked(frequency), process.made(frequency)
     series: list[dict[str, Any]] = []
-    present = [results for results in analysis.case.results if signal in recorded(results)]
-    estimate = spectrum(present, signal, analysis.start) if present else None
+    present = [results for results in analysis.case.results if process.signal in recorded(results)]
+    estimate = spectrum(present, process.signal, analysis.start)
     if estimate is not None:
+        kept = estimate.frequency <= highest
         low, high = estimate.band()
-        kept = estimate.frequency <= band[1]
-        line = {"label": "this run" if len(present) == 1 else "these runs", "colour": 1}
-        line |= {"x": rounded(estimate.frequency[kept]), "y": rounded(estimate.density[kept])}
-        line |= {"low": rounded(low * estimate.density[kept]), "high": rounded(high * estimate.density[kept])}
-        series.append(line)
-    series.append({"label": "asked for", "colour": 0, "x": rounded(frequency), "y": rounded(asked)})
-    series.append({"label": "filter", "colour": 2, "dash": True, "x": rounded(frequency), "y": rounded(made)})
-    top = float(asked.max())
+        density = estimate.density[kept]
+        line: dict[str, Any] = {"label": "this run" if len(present) == 1 else "these runs", "colour": 1}
+        line |= {"x": rounded(estimate.frequency[kept]), "y": rounded(density)}
+        series.append(line | {"low": rounded(low * density), "high": rounded(high * density)})
+    x = rounded(frequency)
+    series.append({"label": "asked for", "colour": 0, "x": x, "y": rounded(asked)})
+    series.append({"label": "filter", "colour": 2, "dash": True, "x": x, "y": rounded(made)})
+    floor = max(float(asked.max()) * 10.0**-_DECADES, 0.3 * float(asked.min()))
     views = [
         {
-            "label": "log–log",
-            "x": {"label": "frequency, Hz", "log": True, "from": band[0], "to": band[1]},
-            "y": {"label": unit, "log": True, "from": max(top * 10.0**-_DECADES, 0.3 * float(asked.min()))},
+            "label": label,
+            "x": {"label": "frequency, Hz", "log": log, "from": begin, "to": min(end, highest)},
+            "y": {"label": process.unit, "log": log, "from": floor if log else 0.0},
             "series": series,
-        },
-        {
-            "label": "lin–lin",
-            "x": {"label": "frequency, Hz", "log": False, "from": 0.0, "to": band[1] if name == "wind" else 0.25},
-            "y": {"label": unit, "log": False, "from": 0.0},
-            "series": series,
-        },
+        }
+        for label, log, begin, end in (("log–log", True, lowest, highest), ("lin–lin", False, 0.0, _LINEAR))
     ]
-    caption = f"Variance of the filter in this band over that asked for: {short(_ratio(frequency, made, asked), 4)}."
-    if name == "waves":
+    ratio = float(np.trapezoid(made, frequency) / np.trapezoid(asked, frequency))
+    caption = f"Variance of the filter in this band over that asked for: {short(ratio, 4)}."
+    if process.name == "waves":
         caption += " The run's elevation is that at the moving platform, of waves up to waves.frequency_max."
-    return Chart(
-        kind="lines",
-        title=title,
-        content={"choices": [{"label": title, "views": views}], "height": 260},
-        caption=caption,
-    )
-
-
-def _ratio(frequency: FloatArray, made: FloatArray, asked: FloatArray) -> float:
-    return float(np.trapezoid(made, frequency) / np.trapezoid(asked, frequency))
+    content = {"choices": [{"label": process.title, "views": views}], "height": 260}
+    return Chart(kind="lines", title=process.title, content=content, caption=caption)

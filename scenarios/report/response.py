@@ -135,8 +135,9 @@ def _deviation(value: float, estimate: Estimate, factor: float, centre: float) -
 
 
 def _shapes(analyses: Sequence[Analysis]) -> Table:
-    """Zero crossings and the shape of the distribution by both domains."""
+    """Zero crossings and the shape of the distribution by both domains, or by the one that there is."""
     rows = []
+    both = any(each.response is not None for each in analyses)
     for name in POSITIONS:
         for each in analyses:
             found, expected = each.statistics.get(name), each.expected(name)
@@ -149,10 +150,11 @@ def _shapes(analyses: Sequence[Analysis]) -> Table:
             if expected and each.response is not None:
                 quantity = each.response.quantities[name.partition(".")[2]]
                 frequency = [number(v, 2) for v in (expected.period, quantity.skewness, quantity.excess_kurtosis)]
-            cells = [cell for pair in zip(time, frequency, strict=True) for cell in pair]
+            cells = [cell for pair in zip(time, frequency, strict=True) for cell in pair[: 2 if both else 1]]
             rows.append(Row(heading=f"{name.rpartition('.')[2]}{which}", cells=tuple(cells)))
     columns = ("crossing period, s", "skewness", "excess kurtosis")
-    headings = ("", *(f"{name}: {domain}" for name in columns for domain in ("time", "frequency")))
+    domains = (": time", ": frequency") if both else ("",)
+    headings = ("", *(f"{name}{domain}" for name in columns for domain in domains))
     return Table(
         caption="Zero crossings and distributions",
         headings=headings,

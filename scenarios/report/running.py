@@ -193,5 +193,5 @@ def origin_blocks(cases: Sequence[Case]) -> list[Block]:
         table = Table(caption="SHA-256", headings=("component", "of the FMU"), rows=digests, text_columns=(0,))
         blocks.append(Fold(summary="Hashes in full", blocks=(table,)))
     versions = dict.fromkeys(", ".join(f"{n} {v}" for n, v in results.versions.items()) for _, results in records)
-    blocks += [Text(text=f"Made with {text}.", small=True) for text in versions]
+    blocks += [Text(text=f"Made with {text}.", small=True) for text in versions if text]
     return blocks

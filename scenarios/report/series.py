@@ -22,6 +22,7 @@ from tlpsim.scenarios.report.analysis import POSITIONS, Analysis, component_of, 
 from tlpsim.scenarios.report.document import Chart
 from tlpsim.scenarios.report.packing import pack, pack_times
 from tlpsim.scenarios.report.running import records_of
+from tlpsim.scenarios.report.setting import event_words
 from tlpsim.scenarios.report.words import display_unit, typeset
 from tlpsim.scenarios.results import Results
 
@@ -31,7 +32,7 @@ BUDGET = 11_000_000
 """Characters of the time series in a page, at most"""
 
 _GROUPS = tuple(4**power for power in range(1, 9))  # m
-_LEAST = 3000  # characters that are kept free for each signal to come
+_LEAST = 10_000  # characters that are kept free for each signal to come
 _ENVELOPE_SHARE = 0.02  # of the room that is left, for an envelope
 _DEGREE = re.compile(rf"(.+)\.({'|'.join(DEGREES_OF_FREEDOM)})")
 _HIGHEST, _LOWEST = "largest over tendons", "smallest over tendons"
@@ -141,9 +142,16 @@ def series_chart(analyses: Sequence[Analysis], wanted: Sequence[str] = (), budge
             "signals": signals,
             "panels": [{"title": p.title, "signals": p.names, "shown": p.shown} for p in frames],
             "from": min(each.start for each in analyses),
+            "events": _events(analyses),
         },
         caption=_caption(len(signals), thinned),
     )
+
+
+def _events(analyses: Sequence[Analysis]) -> list[dict[str, Any]]:
+    """Events of all scenarios, each once."""
+    found = {each: None for a in analyses if a.case.scenario is not None for each in event_words(a.case.scenario)}
+    return [{"time": time, "label": label} for time, label in sorted(found)]
 
 
 def _caption(count: int, thinned: Sequence[int]) -> str:
@@ -171,9 +179,10 @@ class _Packer:
         """Values packed whole, or as the finest envelope that fits."""
         self._left -= 1
         free = self._room - _LEAST * self._left
-        whole = {"group": 1, "values": pack(values)} if self._may_fit(values, free) else None
-        if whole is not None and self._cost(whole["values"]) <= free:
-            return self._taken(whole)
+        if self._may_fit(values, free):
+            whole = pack(values)
+            if self._cost(whole) <= free:
+                return self._taken({"group": 1, "values": whole})
         allowed = max(_ENVELOPE_SHARE * free, _LEAST)
         for group in _GROUPS:
             lowest, highest = envelope(values, group)

@@ -8,7 +8,7 @@ from typing import Any
 
 from tlpsim.scenarios.report.cases import Case, differences
 from tlpsim.scenarios.report.document import Block, Cell, Facts, Fold, Row, Table, Text, Verbatim
-from tlpsim.scenarios.report.words import UNKNOWN, seconds, short
+from tlpsim.scenarios.report.words import UNKNOWN, listed, seconds, short
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.writing import to_toml
 
@@ -26,7 +26,20 @@ def setting_facts(scenario: Scenario) -> Facts:
         ("platform", _platform(scenario)),
         ("length", Cell(text=seconds(scenario.simulation.duration), below=f"start: {scenario.simulation.start}")),
     )
-    return Facts(entries=entries)
+    events = tuple(("event", Cell(text=text, below=f"at {time:g} s")) for time, text in event_words(scenario))
+    return Facts(entries=(*entries, *events))
+
+
+def event_words(scenario: Scenario) -> list[tuple[float, str]]:
+    """Time (s) of each event of a scenario, in their order, and what happens."""
+    found = []
+    for event in sorted(scenario.events, key=lambda each: each.at):
+        tendons = [str(number) for number in event.lose_tendons]
+        words = [f"tendon{'s' if len(tendons) > 1 else ''} {listed(tendons)} lost"] if tendons else []
+        words += ["current changes"] if event.current is not None else []
+        words += [f"{name} = {value}" for name, value in event.values.items()]
+        found.append((event.at, "; ".join(words)))
+    return found
 
 
 def _waves(scenario: Scenario) -> Cell:

@@ -65,7 +65,8 @@ class Estimate:
 
 
 def spectrum(results: Sequence[Results], name: str, start: float = 0.0) -> Estimate | None:
-    """Spectrum of a signal, averaged over records; None where they are too short, or are not sampled alike.
+    """Spectrum of a signal, averaged over records; None where they are too short, or are not sampled evenly
+    and alike.
 
     Parameters
     ----------
@@ -82,6 +83,8 @@ def spectrum(results: Sequence[Results], name: str, start: float = 0.0) -> Estim
         if len(time) < 2 or not np.isfinite(values).all():
             return None
         step = float(time[-1] - time[0]) / (len(time) - 1)
+        if not np.allclose(np.diff(time), step, rtol=1e-6, atol=1e-9 * abs(time[-1])):
+            return None
         duration = len(time) * step
         if grid.size == 0:
             length = min(max(duration / _SEGMENTS, _LENGTHS[0]), _LENGTHS[1], duration)
@@ -130,7 +133,7 @@ def spectra_blocks(analyses: Sequence[Analysis]) -> list[Block]:
 
 def worst_tendon(analyses: Sequence[Analysis]) -> str | None:
     """Name of the tension with the largest maximum over all cases; None where there is none."""
-    found = {}
+    found: dict[str, float] = {}
     for each in analyses:
         for name in tensions(list(each.statistics)).values():
             found[name] = max(found.get(name, -np.inf), each.statistics[name].maximum)

@@ -31,6 +31,7 @@ _SHOWN = f"0 {_MARGIN - 8} {_SIZE - _MARGIN + 10} {_SIZE - _MARGIN + 8}"  # with
 _COMPASS = 320
 _MOST_POINTS = 5000  # of a path
 _TICKS = 6  # at most
+_COLOURS = 7  # of the page's style
 _STEPS = (1.0, 2.0, 5.0, 10.0)
 _ROOM = 0.08  # of the width, about the path
 
@@ -55,7 +56,8 @@ def track_blocks(analyses: Sequence[Analysis]) -> list[Block]:
         return []
     frame = _frame(paths)
     parts = [_grid(frame)]
-    for colour, (analysis, found) in enumerate(tracks, 1):
+    for index, (analysis, found) in enumerate(tracks):
+        colour = 1 + index % _COLOURS
         parts += [_path(frame, path, colour) for path in found]
         if found:
             together = np.concatenate(found, axis=1)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 
 from tlpsim.scenarios.results import ResultsError
 
@@ -105,10 +106,12 @@ def band_signals(
     fluctuation: NDArray[np.float64], step: float, edges: tuple[float, float] = BAND_EDGES
 ) -> NDArray[np.float64]:
     """Parts of a fluctuation (n,) at a step (s) in the low-frequency and in the wave-frequency band, (2, n)."""
-    frequency = np.fft.rfftfreq(len(fluctuation), step)
-    lines = np.fft.rfft(fluctuation)
+    count = len(fluctuation)
+    length = next_fast_len(count, real=True)  # a record of a prime number of samples would take ten times as long
+    frequency = np.fft.rfftfreq(length, step)
+    lines = np.fft.rfft(fluctuation, length)
     inside = np.stack([frequency < edges[0], (frequency >= edges[0]) & (frequency < edges[1])])
-    return np.fft.irfft(np.where(inside, lines, 0.0), len(fluctuation))
+    return np.fft.irfft(np.where(inside, lines, 0.0), length)[:, :count]
 
 
 def first_sample(time: NDArray[np.float64], start: float, edge: float) -> tuple[int, str]:

@@ -153,18 +153,21 @@ def print_statistics(found: Study) -> None:
     number, start = max(each.records for each in signals), min(each.start for each in signals)
     duration = min(each.duration for each in signals)
     records = "1 record" if number == 1 else f"{number} records"
-    say(f"{found.title}: {records} of {duration:.0f} s from {start:g} s; intervals of {100 * found.confidence:g} %")
+    say(
+        f"{found.title}: {records} of {duration:.0f} s from {start:g} s; "
+        f"intervals of {100 * found.confidence:g} %, frequencies in Hz"
+    )
     low, high = BAND_EDGES
     spread = {
         "mean": lambda each: _cell(each, each.mean),
-        f"std\n<{low} Hz": lambda each: _cell(each, each.low_frequency),
-        f"std\n{low}–{high} Hz": lambda each: _cell(each, each.wave_frequency),
+        f"std\n<{low}": lambda each: _cell(each, each.low_frequency),
+        f"std\n{low}–{high}": lambda each: _cell(each, each.wave_frequency),
         "std": lambda each: _cell(each, each.std),
     }
     shape = {
         "period\ns": lambda each: _interval(each.zero_crossing_period, 1.0),
-        "skewness": lambda each: _interval(each.skewness, 1.0),
-        "excess\nkurtosis": lambda each: _interval(each.excess_kurtosis, 1.0),
+        "skewness": lambda each: _interval(each.skewness, 1.0, 11),
+        "excess\nkurtosis": lambda each: _interval(each.excess_kurtosis, 1.0, 11),
         "min": lambda each: _seen(each, each.minimum),
         "max": lambda each: _seen(each, each.maximum),
     }
@@ -249,12 +252,12 @@ def _seen(signal: SignalStatistics, value: float) -> str:
     return _number(value * _row_unit(signal)[1], 3)
 
 
-def _interval(estimate: Estimate, factor: float) -> str:
+def _interval(estimate: Estimate, factor: float, width: int = 12) -> str:
     """Value ± half of its interval, with two digits of that where they fit, and one at least."""
     value, half = factor * estimate.value, 0.5 * factor * (estimate.high - estimate.low)
     if not (math.isfinite(half) and half > 0.0):
         return _number(value, 3)
-    return _fitting(half, 12, lambda digits: f"{_number(value, digits)}±{half:.{digits}f}")
+    return _fitting(half, width, lambda digits: f"{_number(value, digits)}±{half:.{digits}f}")
 
 
 def _between(estimate: Estimate, factor: float) -> str:

@@ -200,3 +200,33 @@ class SignalStatistics:
     cycles: CycleHistogram | None
     exceedance: Exceedance
     note: str = ""
+
+
+def unknown_statistics(name: str, unit: str, start: float, duration: float, records: int) -> SignalStatistics:
+    """Statistics of a signal of which nothing is known but these."""
+    nothing = np.zeros(0)
+    return SignalStatistics(
+        name=name,
+        unit=unit,
+        start=start,
+        duration=duration,
+        records=records,
+        mean=UNKNOWN,
+        low_frequency=UNKNOWN,
+        wave_frequency=UNKNOWN,
+        std=UNKNOWN,
+        skewness=UNKNOWN,
+        excess_kurtosis=UNKNOWN,
+        zero_crossing_period=UNKNOWN,
+        maximum=math.nan,
+        minimum=math.nan,
+        expected_maximum=UNKNOWN,
+        expected_minimum=UNKNOWN,
+        weibull_maxima=None,
+        weibull_minima=None,
+        gumbel_maximum=None,
+        gumbel_minimum=None,
+        damage_equivalent_range=None,
+        cycles=None,
+        exceedance=Exceedance(level=nothing, probability=nothing, low=nothing, high=nothing),
+    )

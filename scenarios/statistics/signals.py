@@ -54,6 +54,7 @@ from tlpsim.scenarios.statistics.records import (
     GumbelFit,
     SignalStatistics,
     WeibullFit,
+    unknown_statistics,
 )
 
 __all__ = [
@@ -72,7 +73,7 @@ FloatArray = NDArray[np.float64]
 EXPOSURE = 10800.0
 """s, for expected extremes"""
 SLOPE = 4.0
-"""of S-N curves: that of B1 and B2 up to 1e7 cycles in DNV-RP-C203; there welds have 3 to 3.5, and all 5 beyond"""
+"""of S-N curves: that of B1 and B2 in DNV-RP-C203, Table 2-1, where welds have 3 to 3.5, and all 5 at many cycles"""
 CONFIDENCE = 0.95
 FEWEST_CYCLES = 10
 """about the mean, in all records, for intervals"""
@@ -182,9 +183,11 @@ def signal_statistics(
     """
     kept = [np.ascontiguousarray(each, dtype=np.float64) for each in records if len(each) >= 2]
     remarks = list(notes)
-    blank = _blank(name, unit, start, min(map(len, kept), default=0) * step, len(kept))
+    blank = unknown_statistics(name, unit, start, min(map(len, kept), default=0) * step, len(kept))
     if not kept:
         return replace(blank, note="; ".join((*remarks, "fewer than two samples")))
+    if not all(np.isfinite(each).all() for each in kept):
+        return replace(blank, note="; ".join((*remarks, "no statistics: values that are not finite")))
     mean = sum(float(np.sum(each)) for each in kept) / sum(map(len, kept))
     maximum, minimum = max(float(np.max(each)) for each in kept), min(float(np.min(each)) for each in kept)
     blank = replace(blank, maximum=maximum, minimum=minimum)
@@ -238,9 +241,10 @@ def _with_moments(found: SignalStatistics, ensemble: Ensemble, remarks: list[str
     variances = np.square(bands).T @ share  # of the two bands
     parts = [band_signals(each, step) for each in ensemble.records]
     powers = np.stack([np.mean(part**2, axis=-1) for part in parts], axis=-1) @ share
-    variance, third, fourth = (
-        float(share @ [np.mean(each**order) for each in ensemble.records]) for order in (2, 3, 4)
-    )
+    squares = [each * each for each in ensemble.records]
+    variance = float(share @ [np.mean(square) for square in squares])
+    third = float(share @ [np.mean(square * each) for square, each in zip(squares, ensemble.records, strict=True)])
+    fourth = float(share @ [np.mean(square * square) for square in squares])
     skewness, kurtosis = third / variance**1.5, fourth / variance**2
     projections = []
     for each, part in zip(ensemble.records, parts, strict=True):
@@ -320,35 +324,6 @@ def _with_extremes(
         gumbel_maximum=gumbel[0],
         gumbel_minimum=gumbel[1],
         exceedance=exceedance(maxima, mean, cosines, confidence),
-    )
-
-
-def _blank(name: str, unit: str, start: float, duration: float, records: int) -> SignalStatistics:
-    nothing = np.zeros(0)
-    return SignalStatistics(
-        name=name,
-        unit=unit,
-        start=start,
-        duration=duration,
-        records=records,
-        mean=UNKNOWN,
-        low_frequency=UNKNOWN,
-        wave_frequency=UNKNOWN,
-        std=UNKNOWN,
-        skewness=UNKNOWN,
-        excess_kurtosis=UNKNOWN,
-        zero_crossing_period=UNKNOWN,
-        maximum=math.nan,
-        minimum=math.nan,
-        expected_maximum=UNKNOWN,
-        expected_minimum=UNKNOWN,
-        weibull_maxima=None,
-        weibull_minima=None,
-        gumbel_maximum=None,
-        gumbel_minimum=None,
-        damage_equivalent_range=None,
-        cycles=None,
-        exceedance=Exceedance(level=nothing, probability=nothing, low=nothing, high=nothing),
     )
 
 

@@ -194,5 +194,5 @@ window.tlpsimLines = (() => {
     grid.tlpsimViews.push(showView);
   }
 
-  return { mount, make, buttons };
+  return { mount, make, marked };
 })();

@@ -12,6 +12,7 @@ window.tlpsimPanel = (() => {
   const { tlpsimGestures } = window;
   const { make } = window.tlpsimLines;
   const HEIGHT = 132;
+  const AXIS = 52; // pixels beside the frame
   const AROUND = 30; // s, on either side of an extreme
   const DOT = 12; // pixels between samples that are drawn as dots
   const DASHES = [undefined, [6, 4], [2, 3], [8, 3, 2, 3]];
@@ -89,7 +90,7 @@ window.tlpsimPanel = (() => {
         height: HEIGHT,
         series,
         scales: { x: { time: false }, y: { range: padded } },
-        axes: [{ ...x, label: undefined, size: 22 }, { ...y, label: undefined, size: 52 }],
+        axes: [{ ...x, label: undefined, size: 22 }, { ...y, label: undefined, size: AXIS }],
         legend: { show: false },
         padding: [6, 8, 0, 0],
         cursor: {
@@ -99,7 +100,12 @@ window.tlpsimPanel = (() => {
           sync: { key: "tlpsim", scales: ["x", null] },
           bind: { dblclick: () => stretch.reset },
         },
-        hooks: { drawClear: [(plot) => this.transient(plot)], setSelect: [(plot) => this.selected(plot)], setCursor: [(plot) => this.pointed(plot)] },
+        hooks: {
+          drawClear: [(plot) => this.transient(plot)],
+          draw: [(plot) => this.events(plot)],
+          setSelect: [(plot) => this.selected(plot)],
+          setCursor: [(plot) => this.pointed(plot)],
+        },
       };
       this.plot = new uPlot(options, [[0, 1], ...this.lines.map(() => [null, null])], this.place);
       tlpsimGestures.attach(this.plot, stretch);
@@ -131,7 +137,7 @@ window.tlpsimPanel = (() => {
       if (!this.plot) return;
       this.stale = false;
       const { view } = this.table.stretch;
-      const pixels = Math.max(this.plot.over.clientWidth, 50);
+      const pixels = Math.max(this.plot.width - AXIS, 50); // the frame itself is laid out later
       const tables = this.lines.map(({ index, time, shown: signal }) =>
         this.hidden.has(index) ? [[], []] : thinning.between(signal, time, ...view, pixels),
       );
@@ -198,6 +204,11 @@ window.tlpsimPanel = (() => {
       plot.ctx.fillStyle = theme.colour("shade");
       plot.ctx.fillRect(left, top, end - left, height);
       plot.ctx.restore();
+    }
+
+    /** Lines at the events of the scenario, with what happens. */
+    events(plot) {
+      window.tlpsimLines.marked(this.table.content.events.map(({ time, label }) => ({ x: time, label })))(plot);
     }
 
     selected(plot) {

@@ -3,7 +3,8 @@
 //   tlpsimSeries.mount(element, content, unpack, times)
 //
 // `content` is { records: [{ label, times: { component: packed } }], signals: { name: { unit, description, component,
-// group, records: [{ values } or { low, high } or null] } }, panels: [{ title, signals: [name], shown }], from }.
+// group, records: [{ values } or { low, high } or null] } }, panels: [{ title, signals: [name], shown }], from, events:
+// [{ time, label }] }; events are marked in each panel.
 // What is drawn is thinned to the pixels of the stretch that is shown (thinning.js).
 "use strict";
 

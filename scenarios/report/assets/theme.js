@@ -13,7 +13,7 @@ window.tlpsimTheme = (() => {
   const PAPER = { whole: 680, half: 325 }; // widths on paper, which the browser tells too late
   const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, sans-serif';
   // Pixels for the figures of a logarithmic axis, below (2) and beside (3): of a power of ten, and for twos and fives.
-  const ROOM = { 2: { decade: 40, fine: 110 }, 3: { decade: 18, fine: 70 } };
+  const ROOM = { 2: { decade: 40, fine: 140 }, 3: { decade: 18, fine: 70 } };
   const AROUND = { x: 70, y: 60 }; // pixels of axes and their names
   const root = document.documentElement;
   const listeners = [];

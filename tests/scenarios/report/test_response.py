@@ -70,6 +70,13 @@ def test_cases_stand_below_each_other(analysis: Analysis) -> None:
     ]
 
 
+def test_shapes_without_a_frequency_domain_have_no_columns_for_it(analysis: Analysis) -> None:
+    for response, columns in ((analysis.response, 6), (None, 3)):
+        blocks = summary_blocks([dataclasses.replace(analysis, response=response)])
+        shapes = [block for block in blocks if isinstance(block, Table)][1]
+        assert {len(row.cells) for row in shapes.rows} == {columns} == {len(shapes.headings) - 1}
+
+
 def test_why_there_are_no_statistics(written: Callable[..., Results], storm: Scenario) -> None:
     (case,) = cases([written({"wave.elevation": np.zeros(50)}, scenario=storm.with_(waves={"drift": "none"}))])
     swapped = dataclasses.replace(case, scenario=None)

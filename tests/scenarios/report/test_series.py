@@ -13,6 +13,7 @@ from tlpsim.scenarios.report.analysis import Analysis
 from tlpsim.scenarios.report.cases import cases
 from tlpsim.scenarios.report.series import envelope, panels, series_chart
 from tlpsim.scenarios.results import Results
+from tlpsim.scenarios.schema import Scenario
 
 NAMES = (
     "wave.force.surge",
@@ -108,6 +109,20 @@ def test_a_small_budget_thins_the_last_signals_first(written: Callable[..., Resu
     # What is asked for is kept whole.
     asked = series_chart(bare(results), ["a.y11"], budget)
     assert asked.content["signals"]["a.y11"]["group"] == 1
+
+
+def test_events_are_marked_once(written: Callable[..., Results], storm: Scenario) -> None:
+    lost = {"at": 200.0, "lose_tendons": [7, 8]}
+    other = {"at": 50.0, "current": {"speed": 1.0}, "set": {"platform.external_force.surge": 1e6}}
+    scenario = storm.with_(events=[lost, other])
+    files = [
+        written({"platform.position.surge": np.arange(9.0)}, None, scenario.with_(simulation={"seed": k}))
+        for k in (1, 2)
+    ]
+    assert series_chart(bare(*files)).content["events"] == [
+        {"time": 50.0, "label": "current changes; platform.external_force.surge = 1000000.0"},
+        {"time": 200.0, "label": "tendons 7 and 8 lost"},
+    ]
 
 
 def test_records_have_their_own_signals_and_times(written: Callable[..., Results]) -> None:

@@ -1,6 +1,7 @@
 import math
 from collections.abc import Callable
 
+import h5py
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -74,3 +75,7 @@ def test_what_gives_no_spectrum(written: Callable[..., Results]) -> None:
     gap[100] = np.nan
     assert spectrum([written({NAME: gap})], NAME) is None
     assert spectrum([], NAME) is None
+    uneven = written({NAME: noise(1)})
+    with h5py.File(uneven.path, "a") as file:
+        file["platform"]["time"][-1] += 0.3
+    assert spectrum([uneven], NAME) is None

@@ -186,6 +186,12 @@ def test_a_signal_that_does_not_move(value: float) -> None:
     assert found.note == "constant"
 
 
+def test_values_that_are_not_finite_are_told() -> None:
+    found = signal_statistics([np.array([1.0, 2.0, math.nan, 3.0]), np.arange(4.0)], STEP)
+    assert found.note == "no statistics: values that are not finite"
+    assert math.isnan(found.mean.value)
+
+
 def test_a_tendon_that_is_lost_on_the_way() -> None:
     time = np.arange(7200) * STEP
     tension = np.where(time < 1800.0, 5.0 + np.sin(0.6 * time), 0.0)
