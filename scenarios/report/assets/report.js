@@ -28,7 +28,6 @@ window.tlpsimReady = (async () => {
 
   const contentsList = document.querySelector("nav details");
   if (matchMedia("(max-width: 1099px)").matches) contentsList.open = false;
-  addEventListener("beforeprint", () => document.querySelectorAll("main details").forEach((each) => each.classList.add("kept")));
 
   for (const figure of document.querySelectorAll("figure.chart")) await fill(figure, mounts[figure.dataset.kind]);
   for (const place of document.querySelectorAll(".scene")) {
