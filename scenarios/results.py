@@ -26,12 +26,13 @@ of that name never holds half a run. Components that are stepped ahead are recor
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from time import sleep
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import h5py
 import numpy as np
@@ -45,13 +46,20 @@ from tlpsim.scenarios.schema import Scenario
 if TYPE_CHECKING:
     import xarray
 
+T = TypeVar("T")
+
 FORMAT = "tlpsim results"
 SCHEMA_VERSION = 2
+_ATTEMPTS, _PAUSE = 40, 0.05  # to read a file that a run changes, s between two of them
 _DESCRIPTIONS = ("long_name", "description")  # of a variable, in version 2 and in version 1
 
 
 class ResultsError(TlpsimError):
     """A results file cannot be written or read."""
+
+
+class _ChangedError(ResultsError):
+    """A run changed the file while it was read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,6 +189,9 @@ class Results:
         return signals[variable]
 
     def _read(self, component: str, dataset: str) -> NDArray[np.float64]:
+        return _settled(self._read_once, component, dataset)
+
+    def _read_once(self, component: str, dataset: str) -> NDArray[np.float64]:
         with _open(self.path) as file:
             group = file[component]
             return np.asarray(group[dataset][: self._samples[component]]) if dataset in group else np.zeros(0)
@@ -196,7 +207,10 @@ def open_results(path: str | Path) -> Results:
     ResultsError
         When there is no such file, it is not a results file, or its layout is newer than this version knows.
     """
-    path = Path(path)
+    return _settled(_opened, Path(path))
+
+
+def _opened(path: Path) -> Results:
     with _open(path) as file:
         attributes = dict(file.attrs)
         if attributes.get("format") != FORMAT:
@@ -233,7 +247,10 @@ def open_results(path: str | Path) -> Results:
 
 
 def open(path: str | Path) -> xarray.Dataset:
-    """Open a results file as a dataset of xarray, complete or not; values are read when they are asked for.
+    """Open a results file as a dataset of xarray.
+
+    Values are read when they are asked for; those of a file that a run is writing are read at once, since what is
+    known of their places in it does not hold for long.
 
     Returns
     -------
@@ -248,25 +265,34 @@ def open(path: str | Path) -> xarray.Dataset:
     ResultsError
         As `open_results`.
     """
+    return _settled(_dataset, Path(path))
+
+
+def _dataset(path: Path) -> xarray.Dataset:
     import xarray
 
-    results = open_results(path)
-    with _open(results.path) as file:
-        locked = file.id.get_access_plist().get_file_locking()[0]
+    results = _opened(path)
     opening: dict[str, Any] = {"engine": "h5netcdf", "decode_times": False}
-    if not locked:  # as the file was opened before, since HDF5 does not mix the two in one program
-        opening["driver_kwds"] = {"locking": False}
-    parts = []
-    attributes = dict(results.attributes)
-    for component, details in results.components.items():
-        part = xarray.open_dataset(path, group=component, **opening)
-        found = part.isel(time=slice(results._samples[component])) if part.sizes else part
-        names = {key: f"{component}.{found[key].attrs.pop('variable')}" for key in found.data_vars}
-        parts.append(found.drop_attrs(deep=False).rename(names | {key: f"{component}.{key}" for key in found.coords}))
-        attributes |= {f"{component}.{key}": value for key, value in details.items()}
-    whole = xarray.merge(parts)
-    whole.attrs = attributes
-    return whole
+    with _open(path) as file, ExitStack() as stack:
+        is_settled = file.id.get_access_plist().get_file_locking()[0]
+        if not is_settled:  # as the file is open, since HDF5 does not mix the two in one program
+            opening["driver_kwds"] = {"locking": False}
+        parts = []
+        attributes = dict(results.attributes)
+        for component, details in results.components.items():
+            part = xarray.open_dataset(path, group=component, **opening)
+            stack.callback(part.close)
+            found = part.isel(time=slice(results._samples[component])) if part.sizes else part
+            names = {key: f"{component}.{found[key].attrs.pop('variable')}" for key in found.data_vars}
+            names |= {key: f"{component}.{key}" for key in found.coords}
+            parts.append(found.drop_attrs(deep=False).rename(names))
+            attributes |= {f"{component}.{key}": value for key, value in details.items()}
+        whole = xarray.merge(parts)
+        whole.attrs = attributes
+        if not is_settled:
+            return whole.load()
+        whole.set_close(stack.pop_all().close)
+        return whole
 
 
 def is_being_written(destination: str | Path) -> bool:
@@ -281,6 +307,16 @@ def is_being_written(destination: str | Path) -> bool:
     return False
 
 
+def _settled(read: Callable[..., T], *arguments: object) -> T:
+    """What a reading gives, repeated for two seconds while a run changes the file under it."""
+    for _ in range(_ATTEMPTS):
+        try:
+            return read(*arguments)
+        except _ChangedError:
+            sleep(_PAUSE)
+    return read(*arguments)
+
+
 @contextmanager
 def _open(path: Path) -> Iterator[h5py.File]:
     if path.is_dir():
@@ -289,17 +325,17 @@ def _open(path: Path) -> Iterator[h5py.File]:
         part = path.with_name(path.name + ".part")
         hint = f"; the run that wrote it did not end, open {part} to see how far it came" if part.exists() else ""
         raise ResultsError(f"{path}: no such results file{hint}")
-    hint = ""
+    error_type, hint = ResultsError, ""
     try:
         try:
             file = h5py.File(path, "r")
         except BlockingIOError:  # a run is writing it, and what it has written stands
+            error_type, hint = _ChangedError, "; a run is writing it: try again"
             file = h5py.File(path, "r", locking=False)
-            hint = "; a run is writing it: try again"
         except OSError:  # perhaps this program has had it open since a run wrote it
             file = h5py.File(path, "r", locking=False)
         with file:
             yield file
     except (OSError, RuntimeError, KeyError) as error:
         text = "cannot be read" if h5py.is_hdf5(path) else "is not an HDF5 file, or is damaged"
-        raise ResultsError(f"{path}: {text}: {error}{hint}") from None
+        raise error_type(f"{path}: {text}: {error}{hint}") from None

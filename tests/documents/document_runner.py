@@ -7,7 +7,7 @@ blocks one namespace.
 A line of a `sh` block that begins with `tlpsim` runs in this process, which is quicker than one for each; whatever
 else a line is, a shell runs it, with the same `tlpsim` on its path. In both cases `shortened` appends options to the
 command, of which the last one holds where an option is given twice: so a command is checked with all that it says, and
-takes a second. Blocks that are marked long run as they stand.
+takes a second. The copy of `typical_tlp.toml` is of a short record, too. Blocks that are marked long run as they stand.
 
 Where `resume` follows a run with checkpoints in a block, Ctrl-C ends that run at half its time, as the text supposes.
 """
@@ -44,7 +44,7 @@ ROOT = Path(__file__).parents[2]
 SHORT_RUN = 100  # s
 _OPERATORS = re.compile(r"[|<>;&`$*()]")
 _RUN = ["--duration", str(SHORT_RUN), "--set", "outputs.statistics_from=20"]
-_COMPARED = ["--records", "2", "--workers", "1", "--duration", "300", "--set", "outputs.statistics_from=100"]
+_COMPARED = ["--records", "2", "--workers", "1", *_RUN]
 _MESH = ["--omega", "0.3:0.9:4", "--panel", "14"]
 
 
@@ -71,7 +71,8 @@ class Page:
     def __init__(self, folder: Path, reader_files: Mapping[str, Path]) -> None:
         self.folder = folder
         self.namespace: dict[str, Any] = {"__name__": "__main__"}
-        shutil.copytree(ROOT / "scenarios", folder / "scenarios", ignore=_only(".toml", ".json"))
+        for whole in (True, False):
+            _copy_scenarios(folder / ".scenarios" / str(whole), whole)
         (folder / "benchmarks").symlink_to(ROOT / "benchmarks")
         for name, source in reader_files.items():
             shutil.copy(source, folder / name)
@@ -83,6 +84,9 @@ class Page:
 
     def run(self, block: Block) -> None:
         """Run or read a block; it must be of a page that is run in this folder."""
+        scenarios = self.folder / "scenarios"
+        scenarios.unlink(missing_ok=True)
+        scenarios.symlink_to(self.folder / ".scenarios" / str(block.mark == "long"))
         if block.file:
             (self.folder / block.file).write_text(block.text, encoding="utf-8")
         if block.language == "sh":
@@ -180,5 +184,12 @@ def check_toml(text: str) -> None:
         jsonschema.validate(data, scenario_schema())
 
 
-def _only(*endings: str) -> Any:
-    return lambda folder, names: [name for name in names if not name.endswith(endings)]
+def _copy_scenarios(folder: Path, whole: bool) -> None:
+    """Copy the scenarios, with their own durations or, for Python, which takes no options, with short ones."""
+    folder.mkdir(parents=True)
+    for path in [*(ROOT / "scenarios").glob("*.toml"), *(ROOT / "scenarios").glob("*.json")]:
+        text = path.read_text(encoding="utf-8")
+        if not whole:
+            text = text.replace("duration = 3600.0 ", f"duration = {SHORT_RUN}.0 ")
+            text = text.replace("statistics_from = 600.0 ", "statistics_from = 20.0 ")
+        (folder / path.name).write_text(text, encoding="utf-8")

@@ -9,7 +9,7 @@ from matplotlib.image import imread
 from typer.testing import CliRunner
 
 from tlpsim.loads.errors import ScenarioError
-from tlpsim.scenarios import cli
+from tlpsim.scenarios.cli import main as cli
 from tlpsim.scenarios.figures import (
     WAVE_FIGURE,
     WIND_FIGURE,
