@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tlpsim.scenarios.schema import Scenario
+from tlpsim.scenarios.scripts import heading_sweep
 from tlpsim.scenarios.scripts.free_decay import crests
 
 PUBLISHED = {"surge": 103.6, "yaw": 82.7}
@@ -60,7 +61,10 @@ def test_component_swap_gives_the_same_motion(tmp_path: Path, capsys: pytest.Cap
     assert max(apart) < 2.0
 
 
-def test_heading_sweep_repeats_after_a_quarter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_heading_sweep_repeats_after_a_quarter(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(heading_sweep, "TURNS", (0, 90))
     said("heading_sweep", tmp_path, capsys, "--duration", "60")
     with (tmp_path / "heading_sweep.csv").open(newline="") as file:
         rows = {int(row["turn, deg"]): row for row in csv.DictReader(file)}
