@@ -11,9 +11,9 @@ demo: $(READY)
 	$(BIN)/tlpsim build -o build/fmus
 	$(BIN)/tlpsim run scenarios/typical_tlp.toml -o build/demo.h5
 
-# Two tests at a time: more would take the threads of compiled code from each other.
+# Two tests at a time, with one thread of linear algebra each: more would wait for each other.
 test: $(READY)
-	$(BIN)/python -m pytest --numprocesses 2
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses 2
 
 validation: $(READY)
 	$(BIN)/python -m pytest -m validation
