@@ -35,10 +35,9 @@ types: $(READY)
 	$(BIN)/pip install --quiet --no-deps --target build/types .
 	cd build/types && MYPYPATH=. $(abspath $(BIN))/mypy --config-file $(abspath pyproject.toml) -p tlpsim
 
-# The site, in build/site: open build/site/index.html. Then every block of code in the documents is run.
+# The site, in build/site: open build/site/index.html. That every block of code in it runs is among the tests.
 docs: $(READY)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
-	$(BIN)/python -m pytest tests/test_documentation.py tests/test_documentation_site.py
 
 $(READY): pyproject.toml
 	@test -n "$(PYTHON)" || { echo "tlpsim needs Python 3.11 or newer on the PATH (or PYTHON=/path/to/python)"; exit 1; }
