@@ -7,7 +7,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -200,7 +200,8 @@ def _parses(dimension: Dimension, schema: dict[str, Any], text: str) -> bool:
     """Whether the program takes the text, with a limit of zero; the tiniest numbers are zero to it."""
     try:
         value = dimension.parse(text)
-    except ValueError:
+    except ValueError as error:
+        assume("finite" not in str(error))  # a pattern cannot tell numbers that are too large for a float
         return False
     positive = value > 0.0 or (value == 0.0 and any(digit in text.lower().partition("e")[0] for digit in "123456789"))
     return positive or ("minimum" in schema and value == 0.0 and "-" not in text.lower().partition("e")[0])
