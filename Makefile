@@ -10,6 +10,7 @@ READY := $(VENV)/.ready
 demo: $(READY)
 	$(BIN)/tlpsim build -o build/fmus
 	$(BIN)/tlpsim run scenarios/typical_tlp.toml -o build/demo.h5
+	$(BIN)/tlpsim report build/demo.h5 -o build/demo.html
 
 # Two tests at a time, with one thread of linear algebra each: more would wait for each other.
 test: $(READY)
