@@ -70,7 +70,7 @@ def in_parallel(
         return results
     with _processes(count) as pool:
         try:
-            with _deaf():
+            with deaf():
                 futures: list[Future[Result]] = [pool.submit(function, case) for case in cases]
             for done, future in enumerate(as_completed(futures), 1):
                 future.result()
@@ -99,7 +99,7 @@ def _processes(count: int) -> Iterator[ProcessPoolExecutor]:
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
+def deaf() -> Iterator[None]:
     """Processes that are started in the block never hear Ctrl-C; this one hears it at the end of the block."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

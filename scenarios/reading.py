@@ -17,8 +17,8 @@ from tlpsim.loads.errors import ScenarioError
 _REMOVED_BY = {"components": "fmu", "connections": "from"}
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Contents of a TOML file.
+def read_toml(path: Path, what: str = "scenario") -> dict[str, Any]:
+    """Contents of a TOML file; `what` it holds is for messages.
 
     Raises
     ------
@@ -28,11 +28,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         text = path.read_text(encoding="utf-8-sig")  # a file from Windows may begin with a byte order mark
     except FileNotFoundError:
-        raise ScenarioError(f"{path}: no such scenario file; give the path of a .toml file") from None
+        raise ScenarioError(f"{path}: no such {what} file; give the path of a .toml file") from None
     except UnicodeDecodeError as error:
         raise ScenarioError(f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8") from None
     except OSError as error:
-        raise ScenarioError(f"{path}: the scenario file cannot be read: {error.strerror}") from None
+        raise ScenarioError(f"{path}: the {what} file cannot be read: {error.strerror}") from None
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

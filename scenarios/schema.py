@@ -191,8 +191,18 @@ class Scenario(Section):
             for part in reversed(name.split(".")):
                 value = {part: value}
             nested = merge(nested, value)
+        return self.changed(nested, "with_()")
+
+    def changed(self, changes: Mapping[str, Any], where: str) -> Self:
+        """Copy with other settings, nested as TOML gives them; `where` names their origin in messages.
+
+        Raises
+        ------
+        ScenarioError
+            When the changed scenario is not allowed.
+        """
         base = self.model_dump(by_alias=True, exclude_none=True)
-        return self._build(base, nested, [Source(name="with_()", data=nested)])
+        return self._build(base, changes, [Source(name=where, data=changes)])
 
     def run(self, destination: str | Path, *, monolithic: bool = False, observers: Sequence[Observer] = ()) -> Results:
         """Run it and open its results: `tlpsim.scenarios.run.run_scenario`."""

@@ -24,6 +24,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.spectral.records import Mode, Quantity, SpectralResponse
@@ -35,8 +36,13 @@ FORMAT = "tlpsim spectral response"
 SCHEMA_VERSION = 1
 
 
-def write_spectral(response: SpectralResponse, scenario: Scenario, path: str | Path) -> None:
+def write_spectral(response: SpectralResponse, scenario: Scenario, path: str | Path, *, single: bool = False) -> None:
     """Write a response with its scenario; the file is there when it is complete.
+
+    Parameters
+    ----------
+    single
+        Whether spectra are kept in single precision, which takes half of the room.
 
     Raises
     ------
@@ -45,7 +51,7 @@ def write_spectral(response: SpectralResponse, scenario: Scenario, path: str | P
     """
     with whole_file(path, "the response") as part, h5py.File(part, "w") as file:
         file.attrs.update(head(FORMAT, SCHEMA_VERSION, scenario))
-        write_response(file, response)
+        write_response(file, response, single=single)
 
 
 def read_spectral(path: str | Path) -> SpectralResponse:
@@ -107,20 +113,28 @@ def opened(path: str | Path, form: str, version: int, command: str) -> Iterator[
         raise ScenarioError(f"{path}: cannot be read as {form} ({error}); {remedy}") from None
 
 
-def write_response(group: h5py.Group, response: SpectralResponse) -> None:
-    """Put a response into a file or a group of it."""
+def write_response(group: h5py.Group, response: SpectralResponse, *, single: bool = False) -> None:
+    """Put a response into a file or a group of it; `single` as of `write_spectral`."""
+
+    def spectrum(parent: h5py.Group, name: str, data: NDArray[Any]) -> h5py.Dataset:
+        short = np.complex64 if np.iscomplexobj(data) else np.float32
+        return parent.create_dataset(name, data=data.astype(short) if single else data)
+
     scale = group.create_dataset("frequency", data=response.frequency)
     scale.attrs["units"] = "Hz"
     scale.make_scale("frequency")
     quantities = group.create_group("quantities", track_order=True)
     for name, quantity in response.quantities.items():
-        dataset = quantities.create_dataset(name, data=quantity.density)
+        dataset = spectrum(quantities, name, quantity.density)
         dataset.attrs.update({"units": quantity.unit, "density_units": f"({quantity.unit})²/Hz"})
         for statistic in ("mean", "skewness", "excess_kurtosis"):
             dataset.attrs[statistic] = getattr(quantity, statistic)
         dataset.dims[0].attach_scale(scale)
-    group.create_dataset("cross_spectrum", data=response.cross_spectrum).dims[0].attach_scale(scale)
-    for name in ("contributions", "mean_loads", "seconds"):
+    spectrum(group, "cross_spectrum", response.cross_spectrum).dims[0].attach_scale(scale)
+    contributions = group.create_group("contributions", track_order=True)
+    for name, data in response.contributions.items():
+        spectrum(contributions, name, data)
+    for name in ("mean_loads", "seconds"):
         values: Mapping[str, Any] = getattr(response, name)
         parts = group.create_group(name, track_order=True)
         for part, data in values.items():
@@ -144,15 +158,15 @@ def read_response(group: h5py.Group) -> SpectralResponse:
             name=name,
             unit=str(attributes["units"]),
             frequency=frequency,
-            density=np.asarray(dataset),
+            density=np.asarray(dataset, dtype=np.float64),
             **{key: float(attributes[key]) for key in ("mean", "skewness", "excess_kurtosis")},
         )
     columns = zip(*(group["modes"][name][()] for name in ("name", "period", "damping_ratio")), strict=True)
     return SpectralResponse(
         frequency=frequency,
         quantities=quantities,
-        cross_spectrum=np.asarray(group["cross_spectrum"]),
-        contributions={name: np.asarray(data) for name, data in group["contributions"].items()},
+        cross_spectrum=np.asarray(group["cross_spectrum"], dtype=np.complex128),
+        contributions={name: np.asarray(data, dtype=np.float64) for name, data in group["contributions"].items()},
         mean_loads={name: np.asarray(data) for name, data in group["mean_loads"].items()},
         mean_position=np.asarray(group["mean_position"]),
         modes=tuple(

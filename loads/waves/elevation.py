@@ -45,7 +45,7 @@ Deep down 20 s would do; it is the strips next to the surface, where the slow sh
 """
 
 import warnings
-from functools import lru_cache
+from dataclasses import replace
 
 import numpy as np
 from numba import njit
@@ -57,6 +57,7 @@ from tlpsim.loads.errors import ScenarioError, StepError
 from tlpsim.loads.filters.arma import Fit, Orders, fit
 from tlpsim.loads.filters.certificate import Certificate, FilterFitWarning
 from tlpsim.loads.filters.convolution import ToeplitzKernels, floored
+from tlpsim.loads.filters.known_fits import known_fit
 from tlpsim.loads.filters.model import spectrum
 from tlpsim.loads.filters.process import ArmaProcess, ProcessState
 from tlpsim.loads.waves.airy import wavenumber
@@ -158,7 +159,9 @@ class ArmaSea:
             )
         if not (np.isfinite(reach) and reach >= 0.0):
             raise ScenarioError(f"reach of the waves is {reach} m; it must be finite and >= 0")
-        fitted = _fitted(state, sampling_step, orders)
+        # Directions are no part of the filter.
+        level = replace(state, heading=0.0, directions=1, spreading_exponent=1.0)
+        fitted = known_fit(("elevation", level, sampling_step, orders), lambda: _fitted(level, sampling_step, orders))
         if fitted.certificate.advice:
             shape = "of the table" if state.table is not None else repr(state.spectrum)
             warnings.warn(f"elevation, spectrum {shape}: {fitted.certificate.advice}", FilterFitWarning, stacklevel=2)
@@ -260,9 +263,7 @@ class ArmaSea:
             process.set_state(state)
 
 
-@lru_cache(maxsize=32)
 def _fitted(state: SeaState, sampling_step: float, orders: Orders) -> Fit:
-    """The filter of a sea state, made once for all the components that ask for it in a process."""
     # With one thread, since another number of them would change the last bits, and so the record of a seed.
     with warnings.catch_warnings(), threadpool_limits(1, user_api="blas"):
         warnings.simplefilter("ignore", FilterFitWarning)

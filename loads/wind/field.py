@@ -10,7 +10,6 @@ step and the wind, and not on when it is asked.
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,6 +20,7 @@ from tlpsim.loads.checks import require_positive
 from tlpsim.loads.errors import ScenarioError, StepError
 from tlpsim.loads.filters.arma import FilterFitWarning, Fit, Orders, covariance, fit
 from tlpsim.loads.filters.interpolation import SYMMETRIC
+from tlpsim.loads.filters.known_fits import known_fit
 from tlpsim.loads.filters.process import ArmaProcess, ProcessState
 from tlpsim.loads.wind.admittance import admittance_by_name
 from tlpsim.loads.wind.coherence import DEFAULT_DECAY, Decay, coherence_by_name, cross_spectrum, loosened
@@ -263,7 +263,8 @@ def wind_field(
         return StillAir(len(position))
     speed, spectrum = gust_spectrum(position=position, area=area, heading=heading, profile=profile, gusts=gusts)
     # The realization's seed is no part of the filter.
-    fitted = _fitted(_rows(position), _rows(area), heading, profile, replace(gusts, seed=0))
+    key = ("gusts", _rows(position), _rows(area), heading, profile, replace(gusts, seed=0))
+    fitted = known_fit(key, lambda: _fitted(spectrum, gusts))
     if fitted.certificate.advice:
         warnings.warn(
             f"gusts, spectrum {gusts.spectrum!r}: {fitted.certificate.advice}", FilterFitWarning, stacklevel=2
@@ -272,17 +273,12 @@ def wind_field(
 
 
 def _rows(array: FloatArray) -> tuple[Any, ...]:
-    """An array as something that a cache can look up."""
+    """An array as a part of a key."""
     rows = np.asarray(array, dtype=np.float64).tolist()
     return tuple(tuple(row) if isinstance(row, list) else row for row in rows)
 
 
-@lru_cache(maxsize=32)
-def _fitted(position: tuple[Any, ...], area: tuple[Any, ...], heading: float, profile: Profile, gusts: Gusts) -> Fit:
-    """Filter of the gusts, kept: a program that looks at the wind, runs it and runs it again fits it once."""
-    _, spectrum = gust_spectrum(
-        position=np.array(position), area=np.array(area), heading=heading, profile=profile, gusts=gusts
-    )
+def _fitted(spectrum: Spectrum, gusts: Gusts) -> Fit:
     # With one thread, since another number of them would change the last bits, and so the record of a seed.
     with warnings.catch_warnings(), threadpool_limits(1, user_api="blas"):
         warnings.simplefilter("ignore", FilterFitWarning)

@@ -12,14 +12,14 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from tlpsim.scenarios.cli import figures, hydro, report, run, schema, spectral, statistics, system
+from tlpsim.scenarios.cli import figures, hydro, report, run, schema, spectral, statistics, sweep, system
 from tlpsim.scenarios.cli.endings import ended_by, last_words
 from tlpsim.scenarios.cli.options import show_warning
 from tlpsim.scenarios.interruption import interrupts_told
 from tlpsim.scenarios.terminal import hush, unhush
 
 COMMANDS = {
-    "Run": (run.run, run.resume),
+    "Run": (run.run, run.resume, sweep.sweep),
     "Frequency domain": (spectral.spectral, spectral.compare, spectral.sensitivity),
     "Look at results": (system.info, statistics.statistics, figures.figures, report.report),
     "Check and swap": (system.check, system.swap),

@@ -59,17 +59,21 @@ def chosen_signals(results: Results, patterns: Sequence[str] | None) -> tuple[tu
         When a pattern matches none.
     """
     components = {f"{each}.{name}": each for each in results.components for name in results.signals(each)}
-    names = list(components)
-    if patterns is None:
-        found = [name for pattern in _DEFAULT for name in names if _matches(name, pattern)]
-        return tuple((components[name], name) for name in found or names)
-    for pattern in patterns:
-        if not any(_matches(name, pattern) for name in names):
+    chosen = matching_names(list(components), patterns)
+    for pattern in patterns or ():
+        if not any(_matches(name, pattern) for name in chosen):
             raise ResultsError(
-                f"{results.path}: no recorded signal matches '{pattern}'{nearest(pattern, names)}; "
+                f"{results.path}: no recorded signal matches '{pattern}'{nearest(pattern, components)}; "
                 "`*` stands for any text, as in 'platform.position.*'"
             )
-    return tuple((components[name], name) for name in names if any(_matches(name, pattern) for pattern in patterns))
+    return tuple((components[name], name) for name in chosen)
+
+
+def matching_names(names: Sequence[str], patterns: Sequence[str] | None) -> list[str]:
+    """Names that match a pattern, in their order; by default those of `chosen_signals`."""
+    if patterns is None:
+        return [name for pattern in _DEFAULT for name in names if _matches(name, pattern)] or list(names)
+    return [name for name in names if any(_matches(name, pattern) for pattern in patterns)]
 
 
 def _matches(name: str, pattern: str) -> bool:

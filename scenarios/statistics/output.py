@@ -122,13 +122,14 @@ def statistics_rows(found: Study) -> list[dict[str, Any]]:
     """A row for each number of each signal; bounds are empty where it is not an estimate."""
     rows = []
     for each in found.signals:
-        for statistic, value, low, high in _numbers(each):
+        for statistic, value, low, high in statistic_numbers(each):
             row = {"signal": each.name, "unit": each.unit, "statistic": statistic}
             rows.append(row | {"value": value, "low": low, "high": high})
     return rows
 
 
-def _numbers(signal: SignalStatistics) -> Iterator[tuple[str, Any, Any, Any]]:
+def statistic_numbers(signal: SignalStatistics) -> Iterator[tuple[str, Any, Any, Any]]:
+    """Name, value and bounds of each number of a signal; bounds are "" where it is not an estimate."""
     for field in fields(signal):
         value = getattr(signal, field.name)
         if isinstance(value, Estimate):

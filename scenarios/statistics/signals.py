@@ -144,7 +144,7 @@ def run_statistics(
             unit=unit,
             start=min(begins, default=0.0),
             exposure=exposure,
-            slope=slope if names is not None or _damages(unit) else None,
+            slope=slope if names is not None or damages(unit) else None,
             confidence=confidence,
             notes=notes,
         )
@@ -352,7 +352,7 @@ def _events(results: Results, start: float) -> list[str]:
     return [f"events at {when} s change the case: statistics from {start:g} s on are of both what was before and after"]
 
 
-def _damages(unit: str) -> bool:
+def damages(unit: str) -> bool:
     """Whether a unit is one of force, moment or stress."""
     for wanted in _DAMAGING:
         try:

@@ -1,0 +1,127 @@
+"""The Dask cluster of a sweep: one of this host's cores by default, or a running one by its scheduler's address.
+
+A worker is a process with one thread. That of the local cluster may have child processes (isolated FMUs), ends with
+this process, whatever ends that, and is started again when it dies.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+import dask
+from distributed import Client, LocalCluster
+
+from tlpsim.loads.errors import ScenarioError, SolverError
+from tlpsim.scenarios.parallel import cores, deaf
+from tlpsim.scenarios.sweep.identity import program_version
+
+DEATHS = 3
+"""Of workers under one job, after which it has failed."""
+_CONNECT = "10s"
+_CLOSE = 3.0  # s
+_SETTINGS = {
+    "distributed.worker.daemon": False,
+    "distributed.scheduler.allowed-failures": DEATHS - 1,
+    # A compiled loop may keep a worker from telling that it lives; where it died its connection says so.
+    "distributed.scheduler.worker-ttl": None,
+    "distributed.admin.large-graph-warning-threshold": "1GB",
+    "distributed.comm.timeouts.connect": _CONNECT,
+}
+
+
+@contextmanager
+def connected(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
+    """A client of a cluster, which is closed with it if it is a local one.
+
+    Parameters
+    ----------
+    workers
+        Processes of a local cluster; as many as cores without it.
+    scheduler
+        Address of a running cluster, such as "tcp://10.0.0.1:8786".
+
+    Raises
+    ------
+    ScenarioError
+        When both are given, `workers` is less than 1, nothing answers at the address, or its workers have no tlpsim or
+        another version.
+    """
+    if workers is not None and scheduler is not None:
+        raise ScenarioError("--workers is for a local cluster: that of --scheduler has the workers that it has")
+    if workers is not None and workers < 1:
+        raise ScenarioError(f"workers is {workers}; it must be 1 or more")
+    choice = _remote(scheduler) if scheduler is not None else _local(workers or cores())
+    with dask.config.set(_SETTINGS), _silence(), choice as client:
+        yield client
+
+
+@contextmanager
+def _local(workers: int) -> Iterator[Client]:
+    with deaf():  # Ctrl-C goes to this process only
+        cluster = LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
+        client = Client(cluster)
+    try:
+        yield client
+    finally:
+        with deaf(), suppress(Exception):
+            client.close(timeout=_CLOSE)
+            cluster.close(timeout=_CLOSE)
+
+
+@contextmanager
+def _remote(scheduler: str) -> Iterator[Client]:
+    try:
+        with deaf():
+            client = Client(scheduler, timeout=_CONNECT)
+    except (OSError, ValueError) as error:
+        raise ScenarioError(
+            f"--scheduler {scheduler}: nothing answers there ({' '.join(str(error).split())[:200]}); "
+            "start one by `dask scheduler`, and give the address that it shows"
+        ) from None
+    try:
+        _require_program(client, scheduler)
+        yield client
+    finally:
+        with deaf(), suppress(Exception):
+            client.close(timeout=_CLOSE)
+
+
+def _require_program(client: Client, scheduler: str) -> None:
+    """Refuse workers without tlpsim, or with another version of it."""
+    own = program_version()
+    found = client.run(program_version, on_error="return")
+    for worker, version in found.items():
+        if version != own:
+            told = f"tlpsim {version}" if isinstance(version, str) else f"no tlpsim ({version})"
+            raise ScenarioError(
+                f"--scheduler {scheduler}: the worker {worker} has {told} and this program is {own}: install tlpsim "
+                f"{own} there, and start the worker again"
+            )
+
+
+def lost(scheduler: str | None) -> SolverError:
+    """Error for a cluster that is gone."""
+    where = f"the scheduler {scheduler}" if scheduler else "the local cluster"
+    return SolverError(f"{where} is gone")
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Log nothing of Dask's inner life, such as a worker that was lost, which the sweep sees to."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "tornado", "asyncio")]
+    before = [each.level for each in loggers]
+    for each in loggers:
+        each.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for each, level in zip(loggers, before, strict=True):
+            each.setLevel(level)

@@ -1,0 +1,149 @@
+"""What the command line shows of a sweep: its plan, and what it came to."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from tlpsim.scenarios.problems import dotted
+from tlpsim.scenarios.report.sweep_words import signal_label
+from tlpsim.scenarios.report.words import display_unit
+from tlpsim.scenarios.spectral_tables import hours
+from tlpsim.scenarios.statistics.long_term import LongTermExtreme
+from tlpsim.scenarios.statistics.long_term_fatigue import LongTermFatigue
+from tlpsim.scenarios.statistics.records import Estimate
+from tlpsim.scenarios.sweep.outlook import Group, Outlook
+from tlpsim.scenarios.sweep.plan import Plan, Sweep
+from tlpsim.scenarios.sweep.table import FAILED, SweepTable
+from tlpsim.scenarios.terminal import output, say
+
+SPECTRAL_SIZE, RECORD_SIZE = 2.3, 14.0
+"""MB of a results file: of a case of the frequency domain, and of an hour of a record with the default outputs"""
+_MOST_ERRORS = 5
+_MOST_VALUES = 8
+
+
+def print_plan(sweep: Sweep, plan: Plan) -> None:
+    """How many cases and jobs there are, and what varies."""
+    jobs = Counter(job.domain for job in plan.jobs)
+    worst = sweep.file.time.worst
+    if worst is not None:
+        jobs["time"] = min(worst, len(plan.cases)) * sweep.file.replicates.records
+    told = ", ".join(f"{count} in the {domain} domain" for domain, count in jobs.items() if count)
+    say(f"{sweep.title}: {len(plan.cases)} cases, {sum(jobs.values())} jobs: {told}")
+    for key in plan.keys:
+        values = dict.fromkeys(str(case.settings[key]) for case in plan.cases)
+        shown = list(values) if len(values) <= _MOST_VALUES else [*list(values)[:3], "…", list(values)[-1]]
+        say(f"  {dotted(key)}: {', '.join(shown)}" + (f" ({len(values)} values)" if len(values) > _MOST_VALUES else ""))
+    if plan.weighted:
+        covered = sum(case.probability for case in plan.cases) / len(plan.variants)
+        say(f"  probability of the environments: {covered:.4g}; alternatives: {len(plan.variants)}")
+    sizes = {"frequency": SPECTRAL_SIZE, "time": RECORD_SIZE * sweep.base.simulation.duration / 3600.0}
+    size = sum(count * sizes[domain] for domain, count in jobs.items() if domain in sweep.file.files)
+    say(f"  results files: about {size:,.0f} MB" if size else "  results files: none")
+    for note in plan.notes:
+        say(f"  note: {note}")
+
+
+def print_sweep(table: SweepTable, found: Outlook) -> None:
+    """What a sweep came to: jobs, worst cases, return values, fatigue, errors."""
+    columns = table.columns
+    cases = len(np.unique(columns["case"]))
+    failed = table.failed
+    rest = table.planned - table.rows
+    told = f"{table.rows - failed} done, {failed} failed" + (f", {rest} to do" if rest else "")
+    say(f"{table.title}: {cases} cases, {table.planned} jobs: {told}")
+    for row in np.flatnonzero(columns["status"] == FAILED)[:_MOST_ERRORS]:
+        say(f"  failed: case {columns['case'][row]}, {columns['domain'][row]} domain: {columns['error'][row]}")
+    if failed > _MOST_ERRORS:
+        say(f"  and {failed - _MOST_ERRORS} more: see the column 'error' of the summary")
+    _print_worst(table)
+    _print_returns(table, found)
+    _print_fatigue(found)
+    for note in dict.fromkeys((*table.notes, *(note for _, each in found.extremes for note in each.notes))):
+        say(f"note: {note}")
+
+
+def _print_worst(table: SweepTable) -> None:
+    """The case with the largest and with the lowest expected extreme of each position and of the tensions."""
+    shown = Table(title=f"worst cases: expected extremes in {hours(table.exposure)}")
+    for heading in ("", "", "domain", "case", "settings"):
+        shown.add_column(heading, justify="left" if heading == "settings" else "right")
+    tendons = [signal for signal in table.units if "tendon_tension[" in signal]
+    rows = [([signal], side) for signal in table.units if signal not in tendons for side in ("maximum", "minimum")]
+    rows += [(tendons, side) for side in ("maximum", "minimum")] if tendons else []
+    for signals, side in rows:
+        values = np.array([table.statistic(signal, f"expected_{side}") for signal in signals])
+        if not np.any(np.isfinite(values)):
+            continue
+        place = np.nanargmax(values) if side == "maximum" else np.nanargmin(values)
+        signal, row = np.unravel_index(place, values.shape)
+        name = signals[int(signal)]
+        unit, factor = display_unit(name, table.units[name], values)
+        shown.add_row(
+            f"{signal_label(name)}, {unit}",
+            f"{side} {factor * values[signal, row]:.4g}",
+            str(table.columns["domain"][row]),
+            str(table.columns["case"][row]),
+            settings_text(table, int(row)),
+        )
+    if shown.row_count:
+        output.print(shown)
+
+
+def settings_text(table: SweepTable, row: int) -> str:
+    """Settings of a row, short."""
+    return ", ".join(f"{key} {_plain(table.columns[key][row])}" for key in table.keys)
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def _print_returns(table: SweepTable, found: Outlook) -> None:
+    if not found.extremes:
+        return
+    years = [each.years for each in found.extremes[0][1].returns]
+    several = len({(group.variant, group.domain) for group, _ in found.extremes}) > 1
+    shown = Table(title=f"long-term: levels passed once in so many years, by sea states of {hours(table.exposure)}")
+    for heading in ("", *(f"{each:g} years" for each in years), f"governs {years[-1]:g} years"):
+        shown.add_column(heading, justify="left" if heading.startswith("governs") else "right")
+    for group, each in found.extremes:
+        unit, factor = display_unit(each.signal, each.unit, each.level)
+        side = "maximum" if each.sign > 0.0 else "minimum"
+        which = f" ({group.domain}, variant {group.variant})" if several else ""
+        shown.add_row(
+            f"{signal_label(each.signal)} {side}{which}, {unit}",
+            *(_estimate(value.level, factor) for value in each.returns),
+            _governing(each),
+        )
+    output.print(shown)
+
+
+def _governing(each: LongTermExtreme) -> str:
+    first = each.returns[-1].contributions[:1]
+    return "; ".join(f"{share.name}: {100.0 * share.share:.0f} %" for share in first)
+
+
+def _estimate(value: Estimate, factor: float) -> str:
+    text = f"{factor * value.value:.4g}"
+    return text if np.isnan(value.low) else f"{text} ({factor * value.low:.4g}, {factor * value.high:.4g})"
+
+
+def _print_fatigue(found: Outlook) -> None:
+    for group, each in found.fatigue:
+        say(_fatigue(group, each))
+
+
+def _fatigue(group: Group, each: LongTermFatigue) -> str:
+    unit, factor = display_unit(each.signal, each.unit, np.array([each.range_at_1_hz.value]))
+    damage = "" if each.damage is None else f", damage in {each.years:g} years {each.damage.value:.3g}"
+    first = each.contributions[0]
+    return (
+        f"fatigue of {signal_label(each.signal)} ({group.domain} domain, variant {group.variant}): range at 1 Hz "
+        f"{_estimate(each.range_at_1_hz, factor)} {unit} for m = {each.slope:g}{damage}; "
+        f"most of it in {first.name}: {100.0 * first.share:.0f} %"
+    )
