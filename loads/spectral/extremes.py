@@ -47,6 +47,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -151,39 +152,44 @@ class HermiteModel:
 
 
 def _shape(h: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Left-hand sides of eq. (3), shape (3,), and their derivatives, shape (3, 3)."""
+    """Left-hand sides of eq. (3), (3, n), and their derivatives, (3, 3, n), of n cubics h (3, n)."""
     a, b, c = h
-    variance = a**2 + 2.0 * b**2 + 6.0 * c**2
-    skewness = 6.0 * a**2 * b + 8.0 * b**3 + 36.0 * a * b * c + 108.0 * b * c**2
-    kurtosis = 24.0 * a**3 * c + 48.0 * a**2 * b**2 + 48.0 * b**4 + 216.0 * a**2 * c**2
-    kurtosis += 576.0 * a * b**2 * c + 1296.0 * a * c**3 + 2160.0 * b**2 * c**2 + 3240.0 * c**4
+    aa, bb, cc, ab, ac, bc = a * a, b * b, c * c, a * b, a * c, b * c
+    values = [
+        aa + 2.0 * bb + 6.0 * cc,
+        (6.0 * aa + 8.0 * bb + 36.0 * ac + 108.0 * cc) * b,
+        (24.0 * ac + 48.0 * bb + 216.0 * cc) * aa
+        + (48.0 * bb + 576.0 * ac + 2160.0 * cc) * bb
+        + (1296.0 * ac + 3240.0 * cc) * cc,
+    ]
     derivatives = [
         [2.0 * a, 4.0 * b, 12.0 * c],
+        [12.0 * ab + 36.0 * bc, 6.0 * aa + 24.0 * bb + 36.0 * ac + 108.0 * cc, 36.0 * ab + 216.0 * bc],
         [
-            12.0 * a * b + 36.0 * b * c,
-            6.0 * a**2 + 24.0 * b**2 + 36.0 * a * c + 108.0 * c**2,
-            36.0 * a * b + 216.0 * b * c,
-        ],
-        [
-            72.0 * a**2 * c + 96.0 * a * b**2 + 432.0 * a * c**2 + 576.0 * b**2 * c + 1296.0 * c**3,
-            96.0 * a**2 * b + 192.0 * b**3 + 1152.0 * a * b * c + 4320.0 * b * c**2,
-            24.0 * a**3 + 432.0 * a**2 * c + 576.0 * a * b**2 + 3888.0 * a * c**2 + 4320.0 * b**2 * c + 12960.0 * c**3,
+            (72.0 * ac + 96.0 * bb + 432.0 * cc) * a + (576.0 * bb + 1296.0 * cc) * c,
+            (96.0 * aa + 192.0 * bb + 1152.0 * ac + 4320.0 * cc) * b,
+            (24.0 * aa + 432.0 * ac + 576.0 * bb + 3888.0 * cc) * a + (4320.0 * bb + 12960.0 * cc) * c,
         ],
     ]
-    return np.array([variance, skewness, kurtosis]), np.array(derivatives)
+    return np.array(values), np.array(derivatives)
 
 
-def _newton(h: FloatArray, target: FloatArray) -> FloatArray | None:
-    """Solution of eq. (3) from a near one, or None."""
+def _newton(h: FloatArray, target: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Solutions of eq. (3) from near ones, (3, n), and which of them were found, (n,)."""
+    found = np.zeros(h.shape[1], dtype=np.bool_)
     for _ in range(_NEWTON_STEPS):
         value, derivative = _shape(h)
-        if np.max(np.abs(value - target)) < _TOLERANCE:
-            return h
-        try:
-            h = h - np.linalg.solve(derivative, value - target)
-        except np.linalg.LinAlgError:
+        gap = value - target
+        found = np.max(np.abs(gap), axis=0) < _TOLERANCE
+        if found.all():
             break
-    return None
+        matrices, gaps = derivative.transpose(2, 0, 1), gap.T[:, :, np.newaxis]
+        try:
+            change = np.linalg.solve(matrices, gaps)
+        except np.linalg.LinAlgError:  # one singular matrix would leave the others without an answer
+            change = np.linalg.pinv(matrices) @ gaps
+        h = np.where(found, h, h - change[:, :, 0].T)
+    return h, found
 
 
 def _turning(a: float, b: float, c: float) -> tuple[float, ...]:
@@ -197,6 +203,27 @@ def _turning(a: float, b: float, c: float) -> tuple[float, ...]:
     return tuple(sorted(top / bottom for top, bottom in ratios if abs(top) < within * abs(bottom)))
 
 
+def hermite_coefficients(skewness: FloatArray, excess_kurtosis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Coefficients h1, h2, h3 of n Hermite moment models, (3, n), and the part of each that is attained, (n,).
+
+    As `hermite_model`, of skewnesses and excess kurtoses (n,), which are taken as they are.
+    """
+    count = len(skewness)
+    h = np.repeat([[1.0], [0.0], [0.0]], count, axis=1)
+    part, step = np.zeros(count), np.full(count, _FIRST_STEP)
+    active = np.arange(count)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        while len(active):
+            trial = np.minimum(part[active] + step[active], 1.0)
+            target = np.stack([np.ones(len(active)), trial * skewness[active], trial**2 * excess_kurtosis[active]])
+            tried, found = _newton(h[:, active], target)
+            h[:, active[found]], part[active[found]] = tried[:, found], trial[found]
+            step[active[~found]] *= 0.5
+            active = active[(part[active] < 1.0) & (step[active] > _SMALLEST_STEP)]
+    return h, part
+
+
+@lru_cache(maxsize=256)  # tethers that are alike have the same, and linear quantities zero
 def hermite_model(skewness: float, excess_kurtosis: float) -> HermiteModel:
     """Hermite moment model of a skewness and an excess kurtosis, eq. (3).
 
@@ -215,16 +242,9 @@ def hermite_model(skewness: float, excess_kurtosis: float) -> HermiteModel:
             f"skewness is {skewness} and excess kurtosis {excess_kurtosis}; they must be finite, and the latter at "
             f"least skewness² - 2, as of every distribution"
         )
-    h, part, step = np.array([1.0, 0.0, 0.0]), 0.0, _FIRST_STEP
-    while part < 1.0 and step > _SMALLEST_STEP:
-        trial = min(part + step, 1.0)
-        found = _newton(h, np.array([1.0, trial * skewness, trial**2 * excess_kurtosis]))
-        if found is None:
-            step *= 0.5
-        else:
-            h, part = found, trial
-    a, b, c = (float(value) for value in h)
-    return HermiteModel(linear=a, quadratic=b, cubic=c, turning=_turning(a, b, c), attained=part)
+    h, part = hermite_coefficients(np.array([skewness]), np.array([excess_kurtosis]))
+    a, b, c = (float(value) for value in h[:, 0])
+    return HermiteModel(linear=a, quadratic=b, cubic=c, turning=_turning(a, b, c), attained=float(part[0]))
 
 
 def hermite_transform(model: HermiteModel, variable: ArrayLike) -> FloatArray:
@@ -269,6 +289,23 @@ class Extremes:
     attained: float
 
 
+def clump_count(variable: FloatArray, crossings: ArrayLike, bandwidth: ArrayLike) -> FloatArray:
+    """Expected number of clumps of up-crossings of levels of u, nu_u T q exp(-max(u, 0)² / 2) of eq. (6).
+
+    Parameters
+    ----------
+    variable
+        u, of any shape; the others must broadcast with it.
+    crossings
+        nu_u T, expected up-crossings of u = 0.
+    bandwidth
+        delta; infinite without clumping.
+    """
+    exponent = math.sqrt(2.0 * math.pi) * np.asarray(bandwidth, dtype=np.float64) ** 1.2
+    count = np.asarray(crossings, dtype=np.float64) * np.exp(-0.5 * np.maximum(variable, 0.0) ** 2)
+    return np.asarray(-count * np.expm1(-exponent * np.maximum(variable, 1.0)))
+
+
 def expected_extremes(
     mean: float,
     frequency: FloatArray,
@@ -307,14 +344,10 @@ def expected_extremes(
     if not 0.0 < probability < 1.0:
         raise ScenarioError(f"probability of the fractile of extremes is {probability}; it must be between 0 and 1")
     model = hermite_model(skewness, excess_kurtosis)
-    deviation = math.sqrt(spectral_moments(frequency, density, (0,))[0])
     slope = math.sqrt(model.linear**2 + 4.0 * model.quadratic**2 + 18.0 * model.cubic**2)
-    cycles = duration * zero_crossing_rate(frequency, density) / slope
-
-    count = cycles * np.exp(-0.5 * np.maximum(_GRID, 0.0) ** 2)
-    if clumping:
-        exponent = math.sqrt(2.0 * math.pi) * vanmarcke_bandwidth(frequency, density) ** 1.2
-        count *= -np.expm1(-exponent * np.maximum(_GRID, 1.0))
+    deviation = math.sqrt(spectral_moments(frequency, density, (0,))[0])
+    crossings = duration * zero_crossing_rate(frequency, density) / slope
+    count = clump_count(_GRID, crossings, vanmarcke_bandwidth(frequency, density) if clumping else math.inf)
     distribution = ndtr(_GRID) * np.exp(-count)
     middle = 0.5 * (_GRID[1:] + _GRID[:-1])
     weight = np.diff(distribution)

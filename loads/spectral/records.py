@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.loads.spectral.extremes import Extremes, crossing_rate, expected_extremes, zero_crossing_rate
+from tlpsim.loads.spectral.fatigue import damage_equivalent_range
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -84,6 +85,10 @@ class Quantity:
     def expected_minimum(self, duration: float) -> float:
         """Expected value of the smallest value in a duration (s)."""
         return self.extremes(duration).minimum
+
+    def damage_equivalent_range(self, slope: float) -> float:
+        """Range whose cycles at 1 Hz do the same damage at a slope of the S-N curve, as of a Gaussian response."""
+        return damage_equivalent_range(self.frequency, self.density, slope)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

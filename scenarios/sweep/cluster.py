@@ -13,9 +13,10 @@ from contextlib import contextmanager, suppress
 import dask
 from distributed import Client, LocalCluster
 
-from tlpsim.loads.errors import ScenarioError, SolverError
+from tlpsim.loads.errors import ScenarioError
 from tlpsim.scenarios.parallel import cores, deaf
 from tlpsim.scenarios.sweep.identity import program_version
+from tlpsim.scenarios.terminal import messages
 
 DEATHS = 3
 """Of workers under one job, after which it has failed."""
@@ -97,6 +98,13 @@ def _remote(scheduler: str) -> Iterator[Client]:
 def _require_program(client: Client, scheduler: str) -> None:
     """Refuse workers without tlpsim, or with another version of it."""
     own = program_version()
+    if not client.scheduler_info()["workers"]:
+        messages.print(
+            f"tlpsim: {scheduler} has no workers: the sweep waits until there are some, started by "
+            f"`dask worker {scheduler} --nthreads 1`",
+            markup=False,
+            soft_wrap=True,
+        )
     found = client.run(program_version, on_error="return")
     for worker, version in found.items():
         if version != own:
@@ -107,21 +115,15 @@ def _require_program(client: Client, scheduler: str) -> None:
             )
 
 
-def lost(scheduler: str | None) -> SolverError:
-    """Error for a cluster that is gone."""
-    where = f"the scheduler {scheduler}" if scheduler else "the local cluster"
-    return SolverError(f"{where} is gone")
-
-
 @contextmanager
 def _silence() -> Iterator[None]:
     """Log nothing of Dask's inner life, such as a worker that was lost, which the sweep sees to."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "tornado", "asyncio")]
-    before = [each.level for each in loggers]
-    for each in loggers:
-        each.setLevel(logging.CRITICAL + 1)
+    inner = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado")]
+    before = {name: logging.getLogger(name).level for name in (*inner, "asyncio")}
+    for name in before:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for each, level in zip(loggers, before, strict=True):
-            each.setLevel(level)
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)

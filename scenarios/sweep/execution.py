@@ -23,7 +23,7 @@ from tlpsim.loads.errors import ScenarioError, SolverError, TlpsimError
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.statistics.case import matching_names
 from tlpsim.scenarios.sweep import prepared
-from tlpsim.scenarios.sweep.cluster import DEATHS, connected, lost
+from tlpsim.scenarios.sweep.cluster import DEATHS, connected
 from tlpsim.scenarios.sweep.identity import program_version
 from tlpsim.scenarios.sweep.job import Order, Outcome, Place, VersionError, perform, stored
 from tlpsim.scenarios.sweep.ledger import Ledger, ledger
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 WINDOW = 2000
 """Jobs that are with the scheduler at a time."""
+BATCH = 100
+"""Jobs that go to the scheduler together."""
 PREPARED = 1000
 """Tasks of what jobs share, those that were used last, whose results are kept for further jobs."""
 
@@ -116,9 +118,10 @@ def run_sweep(
         except (CancelledError, CommClosedError, OSError) as error:
             book.commit()
             done = len(book.errors([job.key for job in plan.jobs]))
+            where = f"the scheduler {scheduler}" if scheduler else "the local cluster"
             raise SolverError(
-                f"{lost(scheduler)} ({' '.join(str(error).split())[:100] or type(error).__name__}); {done} jobs are "
-                f"done and kept in {folder}: the same command goes on"
+                f"{where} is gone ({type(error).__name__}); {done} jobs are done and kept in {folder}: start it again, "
+                "and the same command goes on"
             ) from None
         table = summary_table(sweep, plan, jobs, book)
     write_table(table, folder / NAME)
@@ -216,23 +219,35 @@ class _Tasks:
         jobs: dict[str, Job] = {}
         running = as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
 
-        def submit(count: int) -> None:
-            for job in islice(waiting, count):
-                future = self._submitted(job)
+        def submit() -> None:
+            chosen = list(islice(waiting, BATCH))
+            for future, job in self._submitted(chosen):
                 jobs[future.key] = job
                 running.add(future)
 
-        submit(WINDOW)
+        submit()
+        submit()
         for batch in running.batches():
-            found = [self._outcome(jobs.pop(future.key), future, result) for future, result in batch]
-            yield found
-            submit(len(found))
+            yield [self._outcome(jobs.pop(future.key), future, result) for future, result in batch]
+            if len(jobs) <= WINDOW - BATCH:
+                submit()
 
-    def _submitted(self, job: Job) -> Future:
+    def _submitted(self, jobs: Sequence[Job]) -> Iterator[tuple[Future, Job]]:
+        """Futures of jobs, of which those that need as many preparations go to the scheduler together."""
+        alike: dict[int, list[tuple[Job, Order, list[Future]]]] = {}
+        for job in jobs:
+            scenario = self._work.sweep.scenario(self._work.plan.cases[job.case], job)
+            needs = self._preparations(job, scenario)
+            alike.setdefault(len(needs), []).append((job, self._order(job, scenario), needs))
+        for group in alike.values():
+            own, orders, needs_of = zip(*group, strict=True)
+            keys = [f"job-{job.key}" for job in own]
+            yield from zip(self._client.map(perform, orders, *zip(*needs_of, strict=True), key=keys), own, strict=True)
+
+    def _order(self, job: Job, scenario: Scenario) -> Order:
         work = self._work
-        scenario = work.sweep.scenario(work.plan.cases[job.case], job)
         keeps = job.domain in work.sweep.file.files
-        order = Order(
+        return Order(
             key=job.key,
             domain=job.domain,
             scenario=scenario.to_json(),
@@ -242,7 +257,6 @@ class _Tasks:
             place=work.place,
             version=program_version(),
         )
-        return self._client.submit(perform, order, *self._preparations(job, scenario), key=f"job-{job.key}")
 
     def _preparations(self, job: Job, scenario: Scenario) -> list[Future]:
         """Tasks that make what a job shares with others."""

@@ -16,7 +16,7 @@ import hashlib
 import importlib.metadata
 import json
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +87,7 @@ def job_key(
     return digest(ROW_VERSION, program_version(), case, domain, statistics.model_dump(mode="json"), engine, seeds)
 
 
+@cache
 def program_version() -> str:
     """Version of tlpsim, by which workers of another one are recognised."""
     return importlib.metadata.version("tlpsim")

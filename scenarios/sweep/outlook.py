@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.scenarios.statistics.case import matching_names
-from tlpsim.scenarios.statistics.long_term import LongTermExtreme, SeaStates, long_term_extreme
+from tlpsim.scenarios.statistics.long_term import LongTermExtreme, long_term_extreme
 from tlpsim.scenarios.statistics.long_term_fatigue import LongTermFatigue, SNCurve, long_term_fatigue
+from tlpsim.scenarios.statistics.sea_states import SeaStates
 from tlpsim.scenarios.statistics.short_term import ShortTermExtremes, SpectralExtremes, WeibullExtremes
 from tlpsim.scenarios.sweep.table import DONE, SweepTable
 

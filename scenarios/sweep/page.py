@@ -9,8 +9,9 @@ from tlpsim.loads.whole_file import whole_file
 from tlpsim.scenarios.report.page import page
 from tlpsim.scenarios.report.sweep_content import sweep_document
 from tlpsim.scenarios.report.sweep_long_term import FatigueFigures, LongTermFigures
-from tlpsim.scenarios.statistics.long_term import Contribution, LongTermExtreme
+from tlpsim.scenarios.statistics.long_term import LongTermExtreme
 from tlpsim.scenarios.statistics.long_term_fatigue import LongTermFatigue
+from tlpsim.scenarios.statistics.sea_states import Contribution
 from tlpsim.scenarios.sweep.outlook import Group, Outlook
 from tlpsim.scenarios.sweep.table import SweepTable
 

@@ -122,8 +122,8 @@ class Sweep:
     ----------
     title
         Of the sweep.
-    path
-        Of its file.
+    path, folder
+        Of its file, and the whole path of the folder in which that is.
     file
         What it says.
     base
@@ -134,6 +134,7 @@ class Sweep:
 
     title: str
     path: Path
+    folder: Path
     file: SweepFile
     base: Scenario
     axes: tuple[Axis, ...]
@@ -178,7 +179,14 @@ class Sweep:
                 f"{path}: replicates.records = {file.replicates.records}: only the time domain has records; "
                 'add it to domains = ["frequency", "time"], or leave the replicates out'
             )
-        sweep = cls(title=file.title or base.title, path=path, file=file, base=base, axes=axes(file, path))
+        sweep = cls(
+            title=file.title or base.title,
+            path=path,
+            folder=path.resolve().parent,
+            file=file,
+            base=base,
+            axes=axes(file, path),
+        )
         _require_effect(sweep, overrides)
         return sweep
 
@@ -319,7 +327,7 @@ def _scenario(sweep: Sweep, case: Case, seeds: tuple[int, int] | None) -> Scenar
     told = {"title": f"{sweep.title}: {case.label}"}
     if seeds is not None:
         nested = merge(nested, {"wind": {"seed": seeds[0]}, "waves": {"seed": seeds[1]}})
-    settings = with_absolute_paths(nested, sweep.path.resolve().parent)
+    settings = with_absolute_paths(nested, sweep.folder)
     return sweep.base.changed(merge(settings, told), f"{sweep.path}: case {case.number}")
 
 

@@ -15,6 +15,7 @@ from tlpsim.loads.spectral.extremes import (
     Extremes,
     crossing_rate,
     expected_extremes,
+    hermite_coefficients,
     hermite_model,
     hermite_transform,
     peak_rate,
@@ -245,6 +246,19 @@ def test_what_no_cubic_has_is_approached_and_what_no_distribution_has_is_refused
     for skewness, kurtosis in ((2.0, 1.9), (0.0, -2.1), (math.nan, 0.0), (0.0, math.inf)):
         with pytest.raises(ScenarioError, match="skewness is"):
             hermite_model(skewness, kurtosis)
+
+
+def test_many_models_at_once_are_the_same_as_one_by_one() -> None:
+    """Shapes out of reach, and one of NaN, leave the others theirs; the known one is Winterstein's first order."""
+    skewness = np.array([1e-3, 0.5, math.nan, 0.0, -1.5, 2.0])
+    kurtosis = np.array([2e-3, 1.0, 1.0, -2.0, 5.0, 2.5])
+    h, attained = hermite_coefficients(skewness, kurtosis)
+    assert h[1:, 0] == pytest.approx([1e-3 / 6.0, 2e-3 / 24.0], rel=2e-3)
+    assert attained[[0, 1, 4]].tolist() == [1.0, 1.0, 1.0]
+    for n in (0, 1, 3, 4, 5):
+        model = hermite_model(float(skewness[n]), float(kurtosis[n]))
+        np.testing.assert_allclose([model.linear, model.quadratic, model.cubic], h[:, n], atol=1e-12)
+        assert model.attained == attained[n]
 
 
 def squares(weights: list[float], linear: float) -> Callable[[np.ndarray], np.ndarray]:
