@@ -13,7 +13,9 @@ from tlpsim.scenarios.cli.spectral import Workers
 from tlpsim.scenarios.terminal import say
 
 if TYPE_CHECKING:
+    from tlpsim.scenarios.sweep.outlook import Outlook
     from tlpsim.scenarios.sweep.plan import Sweep
+    from tlpsim.scenarios.sweep.table import SweepTable
 
 
 def sweep(
@@ -70,14 +72,7 @@ def sweep(
             )
         found = outlook(table)
         size = write_sweep_report(table, found, output / PAGE)
-    if json:
-        from tlpsim.scenarios.sweep.content import sweep_content
-
-        print_json(sweep_content(table, found))
-    else:
-        from tlpsim.scenarios.sweep.console import print_sweep
-
-        print_sweep(table, found)
+    _show(table, found, json)
     say(f"summary: {output / SUMMARY}", aside=json)
     say(f"report: {output / PAGE} ({size / 1e6:.1f} MB)", aside=json)
     if table.failed:
@@ -94,3 +89,29 @@ def _show_plan(chosen: Sweep, json: bool) -> None:
         from tlpsim.scenarios.sweep.console import print_plan
 
         print_plan(chosen, plan)
+
+
+def _show(table: SweepTable, found: Outlook, json: bool) -> None:
+    if json:
+        from tlpsim.scenarios.sweep.content import sweep_content
+
+        print_json(sweep_content(table, found))
+    else:
+        from tlpsim.scenarios.sweep.console import print_sweep
+
+        print_sweep(table, found)
+
+
+def show_sweep(path: Path, json: bool) -> None:
+    """Print what a sweep came to, from its folder or its summary.
+
+    Raises
+    ------
+    ResultsError
+        When there is none.
+    """
+    from tlpsim.scenarios.sweep.outlook import outlook
+    from tlpsim.scenarios.sweep.table import read_table
+
+    table = read_table(path)
+    _show(table, outlook(table), json)

@@ -15,6 +15,7 @@ from tlpsim.scenarios.cli import completion
 from tlpsim.scenarios.cli.endings import ExitCode
 from tlpsim.scenarios.cli.options import Duration, Json, ScenarioFile, Seed, Settings, load, print_json
 from tlpsim.scenarios.cli.spectral import print_spectral_file
+from tlpsim.scenarios.cli.sweep import show_sweep
 from tlpsim.scenarios.terminal import say
 
 if TYPE_CHECKING:
@@ -149,14 +150,17 @@ def _checked(
 def info(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="An .fmu, .ssp or .ssd, or any .h5 that tlpsim wrote, or its .part."),
+        typer.Argument(metavar="FILE", help="An .fmu, .ssp or .ssd, any .h5 that tlpsim wrote, or a sweep's folder."),
     ],
     json: Json = False,
 ) -> None:
-    """Print what an FMU, a system, a results file, a hydrodynamic database or a quadratic transfer function holds."""
+    """Print what an FMU, a system, a results file, a sweep, hydrodynamics or a quadratic transfer function holds."""
     from tlpsim.scenarios import json_content
     from tlpsim.scenarios.console import print_fmu, print_results, print_system
 
+    if file.is_dir() or file.suffix == ".parquet":
+        show_sweep(file, json)
+        return
     if file.suffix == ".toml":
         raise ScenarioError(f"{file}: is not a file of results; what a scenario comes to shows: tlpsim check {file}")
     if file.suffix in (".ssp", ".ssd"):

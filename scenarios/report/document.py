@@ -89,7 +89,7 @@ class Chart:
     Attributes
     ----------
     kind
-        "series" or "lines", see `assets/series.js` and `assets/lines.js`.
+        "series", "lines" or a figure of a sweep, see the scripts of each kind in `tlpsim.scenarios.report.page`.
     title
         Above the figure, and its name to those who cannot see it.
     content
@@ -165,6 +165,8 @@ class Document:
         Of the animation, see `tlpsim.scenarios.report.scene`; None for none.
     scene_of
         Which of several records it shows, "" of one.
+    kind
+        What the page is, above its title.
     """
 
     title: str
@@ -175,3 +177,4 @@ class Document:
     sections: tuple[Section, ...]
     scene: Mapping[str, Any] | None = None
     scene_of: str = ""
+    kind: str = "report of a run"

@@ -39,17 +39,21 @@ ANIMATION = "animation"
 
 _ASSETS = resources.files("tlpsim.scenarios.report") / "assets"
 _STYLES = ("vendor/uPlot.min.css", "report.css")
-_SCRIPTS = (
-    "unpack.js",
-    "sharpness.js",
-    "vendor/uPlot.iife.min.js",
-    "theme.js",
-    "thinning.js",
-    "lines.js",
-    "gestures.js",
-    "panel.js",
-    "series.js",
-)
+_BASE = ("unpack.js", "sharpness.js")
+_UPLOT = "vendor/uPlot.iife.min.js"
+_SWEEP = ("theme.js", "lines.js", "sweep.js", "sweep_colours.js", "plane.js")
+_SCRIPTS = {
+    "lines": (_UPLOT, "theme.js", "lines.js"),
+    "series": (_UPLOT, "theme.js", "thinning.js", "lines.js", "gestures.js", "panel.js", "series.js"),
+    "sweep": _SWEEP,
+    "sweep_cells": (*_SWEEP, "cells.js"),
+    "sweep_scatter": (*_SWEEP, "scatter.js"),
+    "sweep_parallel": (*_SWEEP, "parallel.js"),
+    "sweep_domains": (*_SWEEP, "domains.js"),
+    "sweep_worst": (*_SWEEP, "sweep_table.js"),
+}
+"""Scripts of each kind of figure, each after those that it needs."""
+_SCENE = ("theme.js",)
 _START = "report.js"
 _LONG = 12  # rows of a table that may go on on another sheet of paper
 _SYMBOLS = {
@@ -65,7 +69,11 @@ def page(document: Document) -> str:
     sections = [section for section in document.sections if section.blocks]
     body = [_section(each, data) for each in sections]
     entries = [(each.anchor, each.title) for each in sections]
-    scripts = [_asset(name) for name in _SCRIPTS]
+    kinds = [*_kinds(document.head), *(kind for each in sections for kind in _kinds(each.blocks))]
+    names = [*_BASE, *(name for kind in kinds for name in _SCRIPTS[kind])]
+    if document.scene is not None:
+        names += _SCENE
+    scripts = [_asset(name) for name in dict.fromkeys(names)]
     if document.scene is not None:
         # After the response: what happened, before the figures that explain it.
         body.insert(1, _animation(data.place(document.scene), document.scene_of))
@@ -75,6 +83,7 @@ def page(document: Document) -> str:
     contents = "".join(f'<li><a href="#{anchor}">{escape(title)}</a></li>' for anchor, title in entries)
     return Template(_asset("template.html")).substitute(
         policy=_policy(scripts),
+        kind=escape(document.kind),
         title=escape(document.title),
         subtitle=escape(document.subtitle),
         status=escape(document.status),
@@ -86,6 +95,15 @@ def page(document: Document) -> str:
         data=data.json(),
         scripts="\n".join(f"<script>{each}</script>" for each in scripts),
     )
+
+
+def _kinds(blocks: Sequence[Block]) -> Iterator[str]:
+    """Kinds of the figures among blocks."""
+    for block in blocks:
+        if isinstance(block, Chart):
+            yield block.kind
+        elif isinstance(block, Grid | Fold):
+            yield from _kinds(block.blocks)
 
 
 class _Data:

@@ -94,6 +94,7 @@ def axes(file: SweepFile, path: Path) -> tuple[Axis, ...]:
             *([_latin_hypercube(file.latin_hypercube)] if file.latin_hypercube else []),
         ]
         linked = [key_path(key) for key in file.linked]
+        leaders = [key_path(each.by) for each in file.linked.values()]
     except ValueError as error:
         raise ScenarioError(f"{path}: {error}") from None
     taken: dict[KeyPath, None] = {}
@@ -110,6 +111,12 @@ def axes(file: SweepFile, path: Path) -> tuple[Axis, ...]:
                     "[replicates] says how many records a case has, and from which seed"
                 )
             taken[key] = None
+    for number, (key, leader) in enumerate(zip(linked, leaders, strict=True)):
+        if leader in linked[number:]:
+            raise ScenarioError(
+                f"{path}: linked: '{'.'.join(key)}' follows '{'.'.join(leader)}', which is linked too and does not "
+                "stand before it: put that one first"
+            )
     return tuple(found)
 
 
@@ -206,7 +213,7 @@ def read_scatter(path: Path) -> tuple[tuple[float, ...], tuple[float, ...], tupl
     """Heights (n,), periods (m,) and occurrences (n, m) of a scatter diagram in CSV.
 
     The first row holds the periods and the first column the heights; what stands where they meet says nothing. An empty
-    cell is 0; lines that begin with # are remarks.
+    cell is 0; a height or period without any occurrences may be empty too, NaN. Lines that begin with # are remarks.
 
     Raises
     ------
@@ -219,14 +226,20 @@ def read_scatter(path: Path) -> tuple[tuple[float, ...], tuple[float, ...], tupl
         reason = getattr(error, "strerror", None) or "not a text file in UTF-8"
         raise ScenarioError(f"{path}: the scatter diagram cannot be read: {reason}") from None
     kept = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
-    rows = [(number, next(csv.reader([line]))) for number, line in kept]
+    try:
+        rows = [(number, next(csv.reader([line]))) for number, line in kept]
+    except csv.Error as error:
+        raise ScenarioError(f"{path}: holds no scatter diagram: {error}") from None
     if len(rows) < 2 or len(rows[0][1]) < 2:
         raise ScenarioError(
             f"{path}: holds no scatter diagram: the first row has the periods, and each row below a height and how "
             "often each period comes with it"
         )
-    numbers = [_numbers(path, number, cells[1:] if k == 0 else cells) for k, (number, cells) in enumerate(rows)]
-    periods, body = numbers[0], numbers[1:]
+    periods = _numbers(path, rows[0][0], rows[0][1][1:], math.nan)
+    body = [
+        [*_numbers(path, number, cells[:1], math.nan), *_numbers(path, number, cells[1:], 0.0)]
+        for number, cells in rows[1:]
+    ]
     for (number, _), row in zip(rows[1:], body, strict=True):
         if len(row) != len(periods) + 1:
             raise ScenarioError(
@@ -235,12 +248,18 @@ def read_scatter(path: Path) -> tuple[tuple[float, ...], tuple[float, ...], tupl
             )
         if any(not math.isfinite(cell) or cell < 0.0 for cell in row[1:]):
             raise ScenarioError(f"{path}, line {number}: occurrences must be finite numbers that are 0 or more")
+        for cell, period in zip(row[1:], periods, strict=True):
+            if cell > 0.0 and not (math.isfinite(row[0]) and math.isfinite(period)):
+                raise ScenarioError(
+                    f"{path}, line {number}: has occurrences at the height {row[0]:g} and the period {period:g}; both "
+                    "must be finite numbers, in the first column and in the first row"
+                )
     return tuple(row[0] for row in body), tuple(periods), tuple(tuple(row[1:]) for row in body)
 
 
-def _numbers(path: Path, line: int, cells: Sequence[str]) -> list[float]:
+def _numbers(path: Path, line: int, cells: Sequence[str], empty: float) -> list[float]:
     try:
-        return [float(cell) if cell.strip() else 0.0 for cell in cells]
+        return [float(cell) if cell.strip() else empty for cell in cells]
     except ValueError as error:
         raise ScenarioError(f"{path}, line {line}: {error}; give numbers") from None
 
@@ -254,6 +273,7 @@ def followed(linked: Linked, leader: object, key: str) -> float:
         When that one's value is no number.
     """
     if isinstance(leader, bool) or not isinstance(leader, int | float):
-        raise ScenarioError(f"linked: {key} follows {linked.by}, which is {leader!r} and must be a number")
+        told = "which is not there or has no value" if leader is None else f"which is {leader!r}"
+        raise ScenarioError(f"{key} follows {linked.by}, {told}: it must be a number; follow another key")
     value = float(np.interp(leader, linked.at, linked.value)) if linked.at else float(leader)
     return value + linked.plus

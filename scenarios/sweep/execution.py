@@ -1,11 +1,15 @@
 """Do the jobs of a sweep that are not done, on a cluster, and make the summary of all.
 
-At most `WINDOW` jobs are with the scheduler at a time, so that it holds no more of a sweep of a million cases than of
-one of thousands. What jobs share is made by tasks of their own (`tlpsim.scenarios.sweep.prepared`).
+A few jobs for each thread are with the scheduler at a time, so that it holds no more of a sweep of a million cases than
+of one of a hundred. What jobs share is made by tasks of their own (`tlpsim.scenarios.sweep.prepared`).
+
+When a worker dies, Dask suspects all jobs that it had been given, and gives up those that it suspects too often. As one
+of them may have killed it and the others did not, these are done once more, each alone.
 """
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -13,6 +17,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,10 +39,10 @@ from tlpsim.scenarios.sweep.table import NAME, SweepTable, summary_table, write_
 if TYPE_CHECKING:
     from distributed import Client
 
-WINDOW = 2000
-"""Jobs that are with the scheduler at a time."""
-BATCH = 100
-"""Jobs that go to the scheduler together."""
+WINDOW, LEAST_WINDOW = 8, 64
+"""Jobs that are with the scheduler at a time: for each thread of the cluster, and at least."""
+RECOUNT = 10.0
+"""s after which the threads of the cluster are counted again."""
 PREPARED = 1000
 """Tasks of what jobs share, those that were used last, whose results are kept for further jobs."""
 
@@ -204,6 +209,7 @@ class _Tasks:
         self._client = client
         self._jobs = jobs
         self._prepared: OrderedDict[str, Future] = OrderedDict()
+        self._threads, self._counted = 0, -math.inf
 
     def outcomes(self) -> Iterator[list[Outcome]]:
         """Outcomes as they come, some at a time.
@@ -215,24 +221,49 @@ class _Tasks:
         CancelledError
             When the cluster is lost.
         """
-        waiting = iter(self._jobs)
-        jobs: dict[str, Job] = {}
+        suspects: list[Job] = []
+        yield from self._flow(self._jobs, suspects)
+        for job in suspects:
+            yield from self._flow([job], None)
+
+    def _flow(self, jobs: Sequence[Job], suspects: list[Job] | None) -> Iterator[list[Outcome]]:
+        """Outcomes of jobs; of those under which workers died, where there is no list of suspects to add them to."""
+        waiting = iter(jobs)
+        under_way: dict[str, Job] = {}
         running = as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
 
-        def submit() -> None:
-            chosen = list(islice(waiting, BATCH))
-            for future, job in self._submitted(chosen):
-                jobs[future.key] = job
+        def submit(count: int) -> None:
+            for future, job in self._submitted(list(islice(waiting, count)), alone=suspects is None):
+                under_way[future.key] = job
                 running.add(future)
 
-        submit()
-        submit()
+        window = self._window()
+        submit(window)
         for batch in running.batches():
-            yield [self._outcome(jobs.pop(future.key), future, result) for future, result in batch]
-            if len(jobs) <= WINDOW - BATCH:
-                submit()
+            found = []
+            for future, result in batch:
+                job = under_way.pop(future.key)
+                outcome = self._outcome(job, future, result)
+                if outcome is not None:
+                    found.append(outcome)
+                elif suspects is None:
+                    told = f"{DEATHS} workers died at this job, while nothing else ran; for want of memory perhaps"
+                    found.append(Outcome(key=job.key, error=told, values=np.zeros(0), seconds=0.0))
+                else:
+                    suspects.append(job)
+            yield found
+            if len(under_way) <= window * 3 // 4:
+                window = self._window()
+                submit(window - len(under_way))
 
-    def _submitted(self, jobs: Sequence[Job]) -> Iterator[tuple[Future, Job]]:
+    def _window(self) -> int:
+        """Jobs that are with the scheduler at a time, by the threads of the cluster as they were lately."""
+        if monotonic() - self._counted > RECOUNT:
+            self._counted = monotonic()
+            self._threads = sum(self._client.nthreads().values())
+        return max(LEAST_WINDOW, WINDOW * self._threads)
+
+    def _submitted(self, jobs: Sequence[Job], alone: bool) -> Iterator[tuple[Future, Job]]:
         """Futures of jobs, of which those that need as many preparations go to the scheduler together."""
         alike: dict[int, list[tuple[Job, Order, list[Future]]]] = {}
         for job in jobs:
@@ -241,7 +272,7 @@ class _Tasks:
             alike.setdefault(len(needs), []).append((job, self._order(job, scenario), needs))
         for group in alike.values():
             own, orders, needs_of = zip(*group, strict=True)
-            keys = [f"job-{job.key}" for job in own]
+            keys = [f"{'alone' if alone else 'job'}-{job.key}" for job in own]
             yield from zip(self._client.map(perform, orders, *zip(*needs_of, strict=True), key=keys), own, strict=True)
 
     def _order(self, job: Job, scenario: Scenario) -> Order:
@@ -282,8 +313,8 @@ class _Tasks:
             self._prepared.popitem(last=False)
         return self._prepared[key]
 
-    def _outcome(self, job: Job, future: Future, result: Any) -> Outcome:
-        """Outcome of a finished task; its error where the task itself failed."""
+    def _outcome(self, job: Job, future: Future, result: Any) -> Outcome | None:
+        """Outcome of a finished task, with its error where the task itself failed; None where workers died at it."""
         if future.status == "finished":
             return result
         if future.status != "error":
@@ -292,7 +323,6 @@ class _Tasks:
         if isinstance(error, CancelledError | CommClosedError | VersionError):
             raise error
         if isinstance(error, KilledWorker):
-            told = f"{DEATHS} workers died at this job, one after the other; for want of memory perhaps"
-        else:
-            told = str(error) if isinstance(error, TlpsimError) else f"{type(error).__name__}: {error}"
+            return None
+        told = str(error) if isinstance(error, TlpsimError) else f"{type(error).__name__}: {error}"
         return Outcome(key=job.key, error=told, values=np.zeros(0), seconds=0.0)

@@ -76,7 +76,7 @@ def outlook(table: SweepTable) -> Outlook:
 
 
 def groups(table: SweepTable) -> Iterator[Group]:
-    """Alternatives and domains that have enough of their sea states."""
+    """Alternatives and domains that have enough of their sea states, of which none was left to the other domain."""
     if not table.weighted:
         return
     columns = table.columns
@@ -89,6 +89,10 @@ def groups(table: SweepTable) -> Iterator[Group]:
         for domain in ("frequency", "time"):
             done = np.flatnonzero(mine & (columns["domain"] == domain) & (columns["status"] == DONE))
             known = np.isin(cases, columns["case"][done])
+            elsewhere = np.isin(cases, columns["case"][mine & (columns["status"] == DONE)])
+            asked = np.isin(cases, columns["case"][mine & (columns["domain"] == domain)])
+            if np.any(elsewhere & ~asked):
+                continue
             if len(done) and np.sum(probability[known]) >= LEAST_COVERED * np.sum(probability):
                 yield Group(
                     variant=variant,

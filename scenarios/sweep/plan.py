@@ -148,7 +148,7 @@ class Sweep:
         path
             TOML file; files in it are relative to its folder.
         overrides
-            Settings "KEY=VALUE" of the scenario of all cases, over those of the file.
+            Settings "KEY=VALUE" of the scenario of all cases, over those of the file; paths as there.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class Sweep:
             common = with_absolute_paths(file.settings, path.resolve().parent)
             base = base.changed(common, f"{path}: set")
         for override in overrides:
-            base = base.changed(parse_override(override), "override")
+            base = base.changed(with_absolute_paths(parse_override(override), path.resolve().parent), "override")
         if "time" not in file.domains and file.replicates.records > 1:
             raise ScenarioError(
                 f"{path}: replicates.records = {file.replicates.records}: only the time domain has records; "
@@ -215,11 +215,12 @@ class Sweep:
 def _require_effect(sweep: Sweep, overrides: Sequence[str]) -> None:
     """Refuse settings of keys that vary."""
     for override in overrides:
-        key = key_path(override.partition("=")[0].strip())
-        if key in _keys(sweep):
-            raise ScenarioError(
-                f"override '{override}': {dotted(key)} varies in {sweep.path}, which goes over it: change it there"
-            )
+        settings = parse_override(override)
+        for key in _keys(sweep):
+            if _value(settings, key) is not None:
+                raise ScenarioError(
+                    f"override '{override}': {dotted(key)} varies in {sweep.path}, which goes over it: change it there"
+                )
 
 
 def _plan(sweep: Sweep) -> Plan:
@@ -264,7 +265,8 @@ def _cases(sweep: Sweep) -> list[Case]:
     weighted = _weighted(sweep)
     widths = [1 if axis.weighted or not weighted else len(axis.rows) for axis in sweep.axes]
     numbered = [list(enumerate(axis.rows)) for axis in sweep.axes]
-    defaults = {key: _value(sweep.base, key) for key in _keys(sweep)}
+    base = sweep.base.model_dump(mode="json", by_alias=True)
+    defaults = {key: _value(base, key) for key in _keys(sweep)}
     found: list[Case] = []
     seen: dict[str, int] = {}
     for number, chosen in enumerate(itertools.product(*numbered)):
@@ -282,37 +284,34 @@ def _cases(sweep: Sweep) -> list[Case]:
             else math.nan,
             variant=variant,
         )
-        found.append(_identified(sweep, case, seen))
+        found.append(_identified(sweep, base, case, seen))
     return found
 
 
-def _identified(sweep: Sweep, case: Case, seen: dict[str, int]) -> Case:
+def _identified(sweep: Sweep, base: Mapping[str, Any], case: Case, seen: dict[str, int]) -> Case:
     """The case with its linked settings and its key, or with its problem."""
     settings, key, problem = dict(case.settings), "", ""
     try:
         for name, linked in sweep.file.linked.items():
             leader = key_path(linked.by)
-            value = settings[leader] if leader in settings else _value(sweep.base, leader)
-            settings[key_path(name)] = followed(linked, value, name)
+            value = settings[leader] if leader in settings else _value(base, leader)
+            settings[key_path(name)] = followed(linked, value, f"{sweep.path}: case {case.number}: linked: {name}")
         case = replace(case, settings=settings)
         key = case_key(_scenario(sweep, case, None))
         if key in seen:
-            problem = f"{sweep.path}: case {case.number} ({case.label}) is the same scenario as case {seen[key]}"
+            told = f"{sweep.path}: case {case.number} ({case.label})"
+            problem = f"{told} is the same scenario as case {seen[key]}: leave one out"
         seen.setdefault(key, case.number)
     except ScenarioError as error:
         problem = str(error)
     return replace(case, settings=settings, key="" if problem else key, problem=problem)
 
 
-def _value(scenario: Scenario, key: KeyPath) -> Any:
-    """Value of a key of a scenario; None where it has none."""
-    value: Any = scenario
+def _value(settings: Mapping[str, Any], key: KeyPath) -> Any:
+    """Value of a key in nested mappings; None where it has none."""
+    value: Any = settings
     for part in key:
-        if isinstance(value, Mapping):
-            value = value.get(part)
-        else:
-            fields = type(value).model_fields if hasattr(type(value), "model_fields") else {}
-            value = getattr(value, part) if part in fields else None
+        value = value.get(part) if isinstance(value, Mapping) else None
     return value
 
 

@@ -16,8 +16,6 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     Field,
-    StrictBool,
-    StrictFloat,
     StrictInt,
     StrictStr,
     ValidationError,
@@ -27,6 +25,7 @@ from pydantic import (
 from tlpsim.scenarios.problems import Location, Source, dotted, problem, scenario_error
 from tlpsim.scenarios.quantities import PositiveDuration, Ratio
 from tlpsim.scenarios.sections import LARGEST_SEED, Section
+from tlpsim.scenarios.statistics.sea_states import YEAR
 
 KeyPath = tuple[str, ...]
 """A key of a scenario by its parts: ("waves", "heading_deg")."""
@@ -35,9 +34,25 @@ Engine = Literal["cosimulation", "monolithic"]
 SEEDS: tuple[KeyPath, ...] = (("simulation", "seed"), ("wind", "seed"), ("waves", "seed"))
 """Keys that belong to `[replicates]`."""
 
-Number = StrictInt | StrictFloat
+
+def _number(value: object) -> float:
+    try:
+        if not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value):
+            return float(value)
+    except OverflowError:  # a whole number in TOML may have any number of digits
+        pass
+    raise ValueError("must be a finite number")
+
+
+def _plain(value: object) -> object:
+    if not isinstance(value, bool | int | float | str | list):
+        raise ValueError("must be a number, text, true, false or a list")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number)]
 Probability = Annotated[Ratio, Field(ge=0)]
-_Value = StrictBool | StrictInt | StrictFloat | StrictStr | list[Any]
+_Value = Annotated[Any, BeforeValidator(_plain)]
 
 
 def key_path(text: str) -> KeyPath:
@@ -51,7 +66,9 @@ def key_path(text: str) -> KeyPath:
     try:
         table: Any = tomllib.loads(f"{text} = 0")
     except tomllib.TOMLDecodeError:
-        raise ValueError(f"'{text}' is no key of a scenario: write it dotted, as waves.heading_deg") from None
+        table = {}
+    if "\n" in text or len(table) != 1:
+        raise ValueError(f"'{text}' is no key of a scenario: write it dotted, as waves.heading_deg")
     parts = []
     while isinstance(table, dict):
         ((part, table),) = table.items()
@@ -60,11 +77,11 @@ def key_path(text: str) -> KeyPath:
 
 
 def _leaves(table: Mapping[str, Any], kinds: tuple[type[Section], ...], above: KeyPath) -> Iterator[tuple[str, Any]]:
-    """Dotted keys with their values; a table whose keys are all those of one of the kinds is a value."""
+    """Dotted keys with their values; a table with a key of one of the kinds is a value."""
     known = [{field.alias or name for name, field in kind.model_fields.items()} for kind in kinds]
     for key, value in table.items():
         parts = (*above, key) if above else key_path(key)
-        if isinstance(value, Mapping) and not any(value and set(value) <= names for names in known):
+        if isinstance(value, Mapping) and (value or not kinds) and not any(set(value) & names for names in known):
             yield from _leaves(value, kinds, parts)
         else:
             yield dotted(parts), value
@@ -74,7 +91,14 @@ def _flat(*kinds: type[Section]) -> BeforeValidator:
     """Tables of a scenario's keys as one table of dotted ones."""
 
     def flatten(value: object) -> object:
-        return dict(_leaves(value, kinds, ())) if isinstance(value, Mapping) else value
+        if not isinstance(value, Mapping):
+            return value
+        found: dict[str, Any] = {}
+        for key, each in _leaves(value, kinds, ()):
+            if key in found:
+                raise ValueError(f"{key} is there twice, dotted and in quotes or in a table: leave one of them")
+            found[key] = each
+        return found
 
     return BeforeValidator(flatten)
 
@@ -136,9 +160,8 @@ def _one_of(*kinds: type[Section]) -> BeforeValidator:
                 try:
                     return kind.model_validate(value)
                 except ValidationError as error:
-                    first = error.errors(include_url=False)[0]
-                    told = first.get("ctx", {}).get("text") or first["msg"]
-                    raise ValueError(f"{dotted(first['loc']) or _form(kind)}: {told}; {_form(kind)}") from None
+                    source = Source(name=f"in {_form(kind)}", data=value)
+                    raise ValueError(str(scenario_error(error, [source], {(): kind}))) from None
         return value
 
     return BeforeValidator(choose)
@@ -184,8 +207,8 @@ class Scatter(Section):
             if len(self.occurrences) != rows or any(len(row) != columns for row in self.occurrences):
                 text = f"must have a row for each of {rows} heights, of {columns} numbers for the periods"
                 raise problem(("occurrences",), "", text)
-            if any(cell < 0 or not math.isfinite(cell) for row in self.occurrences for cell in row):
-                raise problem(("occurrences",), "", "must be finite numbers that are 0 or more")
+            if any(cell < 0 for row in self.occurrences for cell in row):
+                raise problem(("occurrences",), "", "must be numbers that are 0 or more")
         return self
 
 
@@ -308,6 +331,14 @@ class SweepFile(Section):
         if self.time.worst is not None and set(self.domains) != {"frequency", "time"}:
             text = 'needs domains = ["frequency", "time"]: the first says which cases are the worst'
             raise problem(("time", "worst"), self.time.worst, text)
+        return self
+
+    @model_validator(mode="after")
+    def _years_hold_sea_states(self) -> Self:
+        for number, years in enumerate(self.long_term.years):
+            if not years * YEAR > self.statistics.exposure:
+                text = f"must be longer than a sea state, statistics.exposure = {self.statistics.exposure:g} s"
+                raise problem(("long_term", "years", number), years, text)
         return self
 
     @model_validator(mode="after")

@@ -3,7 +3,7 @@
 //   tlpsimLines.mount(element, content)
 //
 // `content` is { title, height, choices: [{ label, views: [view] }] }, a view being
-//   { label, x: { label, log, from, to }, y: ..., marks: [{ x, label }],
+//   { label, x: { label, log, from, to }, y: ..., marks: [{ x, label }, { y, label }],
 //     series: [{ label, colour, dash, points, x: [], y: [], low: [], high: [] }] }
 // A choice is another quantity, a view another way to draw it. Figures beside each other that have the same views
 // change together. Drag over a stretch to see it larger; a double click shows all.
@@ -82,8 +82,9 @@ window.tlpsimLines = (() => {
     return { data: uPlot.join(tables), series, bands };
   }
 
-  /** Vertical lines with their names. */
-  function marked(marks) {
+  /** Vertical lines with their names, { x, label }, and level ones, { y, label }. */
+  function marked(all) {
+    const marks = all.filter(({ y }) => y === undefined), level = all.filter(({ y }) => y !== undefined);
     const stacked = marks.some(({ label }) => label.length > 8);
     return (plot) => {
       const { ctx, bbox } = plot;
@@ -105,6 +106,16 @@ window.tlpsimLines = (() => {
         ctx.stroke();
         // Each name on a line of its own, where marks may be close to each other.
         ctx.fillText(label, place + (fits ? 4 : -4) * dot, bbox.top + (1 + (stacked ? 13 * line : 0)) * dot);
+      }
+      Object.assign(ctx, { textAlign: "right", textBaseline: "bottom" });
+      for (const { y, label } of level) {
+        const place = plot.valToPos(y, "y", true);
+        if (!(place > bbox.top && place < bbox.top + bbox.height)) continue;
+        ctx.beginPath();
+        ctx.moveTo(bbox.left, place);
+        ctx.lineTo(bbox.left + bbox.width, place);
+        ctx.stroke();
+        ctx.fillText(label, bbox.left + bbox.width - 4 * dot, place - dot);
       }
       ctx.restore();
     };

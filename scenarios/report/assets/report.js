@@ -11,6 +11,13 @@ window.tlpsimReady = (async () => {
   const mounts = {
     lines: (figure, content) => window.tlpsimLines.mount(figure, content),
     series: (figure, content) => window.tlpsimSeries.mount(figure, content, unpack, times),
+    // The first of a sweep has the data of those after it.
+    sweep: (figure, content) => window.tlpsimSweep.mount(figure, content, unpack),
+    sweep_cells: (figure, content) => window.tlpsimCells.mount(figure, content),
+    sweep_scatter: (figure, content) => window.tlpsimScatter.mount(figure, content),
+    sweep_parallel: (figure, content) => window.tlpsimParallel.mount(figure, content),
+    sweep_domains: (figure, content) => window.tlpsimDomains.mount(figure, content),
+    sweep_worst: (figure, content) => window.tlpsimWorst.mount(figure, content),
   };
 
   /** Mounts a figure; one that fails says so in its place, and the others go on. */

@@ -382,10 +382,9 @@ def test_arrays_are_read_back_as_they_were_packed(opener: Callable[..., Opened],
         found.page.evaluate(f"() => tlpsimUnpack({json.dumps(pack(noise) | {'count': 5})})")
 
 
-def test_thinning_keeps_every_extreme(opener: Callable[..., Opened], tmp_path: Path) -> None:
+def test_thinning_keeps_every_extreme(desktop: Opened) -> None:
     """Against the same by a plain loop over the samples that are in sight."""
-    found = shown(opener, tmp_path / "x.html", empty(Section(anchor="a", title="A", blocks=(Text(text="t"),))))
-    worst = found.page.evaluate("""() => {
+    worst = desktop.page.evaluate("""() => {
       let seed = 1;
       const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
       const count = 20011, time = Float64Array.from({ length: count }, (_, i) => 0.1 * i);
