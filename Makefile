@@ -19,7 +19,7 @@ test: $(READY)
 validation: $(READY)
 	$(BIN)/python -m pytest -m validation
 
-BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic master coupling spectral results
+BENCHMARKS := chain filters bem bem_second_order physics drift platform_motion monolithic master coupling spectral results sweep
 
 bench: $(READY)
 	$(BIN)/pip install --quiet --editable '.[compare]'

@@ -29,8 +29,8 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 DOCUMENTS = [*PAGES, ROOT / "CHANGELOG.md"]
 LINK = re.compile(r"\[[^\]]+\]\(([^)#\s]+)(?:#[^)]*)?\)")
 SCRIPT = re.compile(r"\b((?:benchmarks|scenarios|docs|tests|loads|fmus|orchestrator)/[\w/.-]+\.(?:py|toml|md))\b")
-NOT_RUN = {"README.md": 1, "tutorial.md": 1}
-"""Blocks that no test can run, by page: those that make the environment in which the tests run."""
+NOT_RUN = {"README.md": 1, "tutorial.md": 1, "sweeps.md": 1}
+"""Blocks that no test can run, by page: those that make the environment in which the tests run, and a cluster."""
 
 
 def name(page: Path) -> str:

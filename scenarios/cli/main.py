@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 import typer
@@ -18,7 +19,7 @@ from tlpsim.scenarios.cli.options import show_warning
 from tlpsim.scenarios.interruption import interrupts_told
 from tlpsim.scenarios.terminal import hush, unhush
 
-COMMANDS = {
+COMMANDS: Mapping[str, tuple[Callable[..., None], ...]] = {
     "Run": (run.run, run.resume, sweep.sweep),
     "Frequency domain": (spectral.spectral, spectral.compare, spectral.sensitivity),
     "Look at results": (system.info, statistics.statistics, figures.figures, report.report),

@@ -203,10 +203,10 @@ def _scatter(given: Scatter, path: Path) -> Axis:
         )
     left = int(np.sum(cells > 0.0)) - len(rows)
     missing = 1.0 - sum(row.probability or 0.0 for row in rows)
-    notes = (f"scatter: {left} cells below {given.least_probability:g} are left out",) if left else ()
+    notes = [f"scatter: {left} cells below {given.least_probability:g} are left out"] if left else []
     if missing > 1e-9:
-        notes += (f"scatter: sea states with a probability of {missing:.3g} are not in it",)
-    return Axis(keys=keys, rows=rows, weighted=True, notes=notes)
+        notes.append(f"scatter: sea states with a probability of {missing:.3g} are not in it")
+    return Axis(keys=keys, rows=rows, weighted=True, notes=tuple(notes))
 
 
 def read_scatter(path: Path) -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:

@@ -234,7 +234,7 @@ class _Tasks:
 
         def submit(count: int) -> None:
             for future, job in self._submitted(list(islice(waiting, count)), alone=suspects is None):
-                under_way[future.key] = job
+                under_way[str(future.key)] = job
                 running.add(future)
 
         window = self._window()
@@ -242,7 +242,7 @@ class _Tasks:
         for batch in running.batches():
             found = []
             for future, result in batch:
-                job = under_way.pop(future.key)
+                job = under_way.pop(str(future.key))
                 outcome = self._outcome(job, future, result)
                 if outcome is not None:
                     found.append(outcome)

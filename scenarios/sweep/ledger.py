@@ -122,9 +122,9 @@ class Ledger:
 
     def _layout(self, names: str) -> int:
         if names not in self._layouts:
-            self._layouts[names] = self._connection.execute(
-                "INSERT INTO layouts (names) VALUES (?)", (names,)
-            ).lastrowid
+            cursor = self._connection.execute("INSERT INTO layouts (names) VALUES (?)", (names,))
+            assert cursor.lastrowid is not None  # of an insertion
+            self._layouts[names] = cursor.lastrowid
         return self._layouts[names]
 
 

@@ -154,11 +154,11 @@ def _law(table: SweepTable, group: Group, signal: str, sign: float) -> ShortTerm
         return table.statistic(signal, statistic)[group.rows]
 
     if group.domain == "frequency":
-        names = ("mean", "skewness", "excess_kurtosis", "zero_crossing_period", "bandwidth")
-        return SpectralExtremes(sign=sign, deviation=of("std"), **{name: of(name) for name in names})
+        same = ("mean", "skewness", "excess_kurtosis", "zero_crossing_period", "bandwidth")
+        return SpectralExtremes(sign=sign, deviation=of("std"), **{name: of(name) for name in same})
     fit = "weibull_maxima" if sign > 0.0 else "weibull_minima"
-    names = ("location", "scale", "shape", "threshold", "share", "rate")
-    return WeibullExtremes(sign=sign, **{name: of(f"{fit}.{name}") for name in names})
+    parts = ("location", "scale", "shape", "threshold", "share", "rate")
+    return WeibullExtremes(sign=sign, **{name: of(f"{fit}.{name}") for name in parts})
 
 
 def _fatigue(table: SweepTable, group: Group) -> Iterator[LongTermFatigue]:

@@ -93,8 +93,8 @@ def _renamed(scenario: Scenario, moved: Mapping[str, str]) -> dict[str, Any]:
             changes = merge(changes, {"components": {name: {"fmu": moved[entry.fmu]}}})
     if scenario.platform.hydrodynamics in moved:
         changes = merge(changes, {"platform": {"hydrodynamics": moved[scenario.platform.hydrodynamics]}})
-    if scenario.waves.quadratic_transfer in moved:
-        changes = merge(changes, {"waves": {"quadratic_transfer": moved[scenario.waves.quadratic_transfer]}})
+    if (table := scenario.waves.quadratic_transfer) in moved and table is not None:
+        changes = merge(changes, {"waves": {"quadratic_transfer": moved[table]}})
     return changes
 
 
@@ -151,7 +151,7 @@ def prepare_fits(which: str, scenario: str, *prepared: Prepared) -> Prepared:
     found = at_hand(Scenario.from_json(scenario), prepared)
     with fits_used() as fits, threadpool_limits(1), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the jobs tell them
-        {"wind": wind_loads, "wave": wave_loads}[which](found)
+        wind_loads(found) if which == "wind" else wave_loads(found)
     return Prepared(fits=fits)
 
 

@@ -39,12 +39,14 @@ from tlpsim.scenarios.cli.main import app
 from tlpsim.scenarios.json_schema import scenario_schema
 from tlpsim.scenarios.progress import RunWatcher
 from tlpsim.scenarios.schema import Scenario
+from tlpsim.scenarios.sweep.sections import SweepFile
 
 ROOT = Path(__file__).parents[2]
 SHORT_RUN = 100  # s
 _OPERATORS = re.compile(r"[|<>;&`$*()]")
 _RUN = ["--duration", str(SHORT_RUN), "--set", "outputs.statistics_from=20"]
 _COMPARED = ["--records", "2", "--workers", "1", *_RUN]
+_SWEEP = {"scatter", "grid", "cases", "latin_hypercube"}  # sections that only the file of a sweep has
 _MESH = ["--omega", "0.3:0.9:4", "--panel", "14"]
 
 
@@ -60,6 +62,8 @@ def shortened(arguments: Sequence[str]) -> list[str]:
         given += _COMPARED
     elif command == "sensitivity":
         given += ["--workers", "1"] if "--parameters" in given else ["--workers", "1", "--parameters", "wind.speed"]
+    elif command == "sweep":
+        given += ["--workers", "1"]
     elif command == "bem":
         given += [*_MESH, *(("--qtf-omega", "0.5,0.6") if "--qtf" in given else ())]
     return given
@@ -177,9 +181,11 @@ def interrupted_halfway(wanted: bool) -> Iterator[int]:
 
 
 def check_toml(text: str) -> None:
-    """A scenario, or a part of one, must be one that the program and its JSON Schema accept; a hull, TOML."""
+    """A scenario, or a part of one, must be one that the program and its JSON Schema accept; a sweep likewise."""
     data = tomllib.loads(text)
-    if "hull" not in data:
+    if _SWEEP & set(data):
+        SweepFile.read(data, "a page")
+    elif "hull" not in data:
         Scenario.from_dict(data)
         jsonschema.validate(data, scenario_schema())
 
@@ -187,6 +193,7 @@ def check_toml(text: str) -> None:
 def _copy_scenarios(folder: Path, whole: bool) -> None:
     """Copy the scenarios, with their own durations or, for Python, which takes no options, with short ones."""
     folder.mkdir(parents=True)
+    shutil.copytree(ROOT / "scenarios" / "sweeps", folder / "sweeps")
     for path in [*(ROOT / "scenarios").glob("*.toml"), *(ROOT / "scenarios").glob("*.json")]:
         text = path.read_text(encoding="utf-8")
         if not whole:

@@ -1,12 +1,15 @@
-"""A short scenario, a native FMU, and a response of the frequency domain that needs no solver."""
+"""A short scenario, a native FMU, a response of the frequency domain that needs no solver, a cluster of one thread."""
 
 import importlib.util
 import signal
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import dask
 import numpy as np
 import pytest
+from distributed import Client, LocalCluster
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.spectral.records import Mode, Quantity, SpectralResponse
@@ -112,3 +115,22 @@ def fake_response() -> Callable[..., SpectralResponse]:
         )
 
     return make
+
+
+@pytest.fixture
+def client(monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
+    """A cluster of one thread of this process in the place of processes."""
+    from tlpsim.scenarios.sweep import execution
+
+    with (
+        dask.config.set({"distributed.admin.tick.limit": "1h"}),
+        LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        Client(cluster) as made,
+    ):
+
+        @contextmanager
+        def here(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
+            yield made
+
+        monkeypatch.setattr(execution, "connected", here)
+        yield made

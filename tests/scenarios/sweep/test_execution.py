@@ -6,16 +6,13 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import cloudpickle
-import dask
 import numpy as np
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client
 
 from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.scenarios.results import open_results
@@ -46,23 +43,6 @@ def numbers(order: Order, *prepared: object) -> Outcome:
     """A job that leaves the height of its waves."""
     height = float(order.scenario.partition('"significant_height":')[2].partition(",")[0])
     return Outcome(key=order.key, names=("elevation.mean",), units=("m",), values=np.array([height]), seconds=0.0)
-
-
-@pytest.fixture
-def client(monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
-    """A cluster of one thread of this process in the place of processes."""
-    with (
-        dask.config.set({"distributed.admin.tick.limit": "1h"}),
-        LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
-        Client(cluster) as made,
-    ):
-
-        @contextmanager
-        def here(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
-            yield made
-
-        monkeypatch.setattr(execution, "connected", here)
-        yield made
 
 
 def refuse(*_: object) -> Any:
