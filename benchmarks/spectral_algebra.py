@@ -24,6 +24,7 @@ from tlpsim.loads.spectral.bispectral import (
     sum_spectrum,
 )
 from tlpsim.loads.spectral.decomposition import DecomposedSpectrum, cross_spectrum
+from tlpsim.loads.spectral.products import pairs
 from tlpsim.loads.waves.spectra import pierson_moskowitz
 
 FloatArray = NDArray[np.float64]
@@ -61,7 +62,7 @@ def _elements(
 def _by_matrices(
     x: DecomposedSpectrum, y: DecomposedSpectrum, weights: FloatArray
 ) -> tuple[FloatArray, ComplexArray, ComplexArray]:
-    matrix = quadratic(x.frequency, columns(x), columns(y), weights)
+    matrix = quadratic(x.frequency, pairs(columns(x), columns(y), weights))
     return mean(matrix), difference_spectrum(matrix)[1], sum_spectrum(matrix)[1]
 
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from typing import TypeVar
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
@@ -101,6 +102,7 @@ def _processes(count: int) -> Iterator[ProcessPoolExecutor]:
 @contextmanager
 def deaf() -> Iterator[None]:
     """Processes that are started in the block never hear Ctrl-C; this one hears it at the end of the block."""
+    resource_tracker.ensure_running()  # it lets the thread that starts it hear again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -32,6 +32,7 @@ from tlpsim.loads.bem.database import HydrodynamicDatabase
 from tlpsim.loads.bem.quadratic_transfer import QuadraticTransfer
 from tlpsim.loads.constants import STANDARD_GRAVITY
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.remembered import remembered
 from tlpsim.loads.waves.airy import wavenumber
 from tlpsim.loads.waves.sea import Sea, SeaState
 
@@ -63,6 +64,7 @@ def reflection(angle: float) -> FloatArray:
     return result
 
 
+@remembered(16)
 def round_the_circle(heading: FloatArray, force: ComplexArray) -> tuple[FloatArray, ComplexArray]:
     """Headings and forces completed by the planes of symmetry that the forces show, eq. (3).
 

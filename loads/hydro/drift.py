@@ -57,6 +57,7 @@ from tlpsim.loads.checks import require_positive
 from tlpsim.loads.constants import HORIZONTAL
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.diffraction import LARGEST_HEADING_STEP, TAPER, at_heading, round_the_circle
+from tlpsim.loads.remembered import remembered
 from tlpsim.loads.waves.elevation import transition
 from tlpsim.loads.waves.sea import SeaState
 
@@ -70,6 +71,7 @@ _NOTHING = 1e-9  # of the largest component: below it there is only rounding
 _HIGHEST = 1.1  # of the highest frequency of the waves, where they have faded out
 _FEWEST_FREQUENCIES = 2
 _TABLE = "the quadratic transfer function"
+_damping = remembered(4)(aranha)
 
 
 class Waves(NamedTuple):
@@ -116,6 +118,7 @@ def _margin(omega: FloatArray, band: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(omega / band[0], 1.0) * np.cos(0.5 * np.pi * beyond))
 
 
+@remembered(8)
 def _onto(omega: FloatArray, band: FloatArray) -> FloatArray:
     """Matrix (N, n) of the cubic spline from the frequencies of the data to those of waves, with the factor beyond."""
     spline = CubicSpline(band, np.eye(len(band)))(np.clip(omega, band[0], band[-1]))
@@ -148,9 +151,12 @@ def drift_coefficients(database: HydrodynamicDatabase, waves: Waves) -> tuple[Fl
 def newman_kernel(database: HydrodynamicDatabase, mean: str = "arithmetic") -> Kernel:
     """T of eq. (4) from the mean drift of a database; `mean` is "arithmetic" or "geometric"."""
 
+    @remembered(2)
+    def coefficients(*both: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return drift_coefficients(database, Waves(*both))
+
     def kernel(first: Waves, second: Waves, component: int) -> ComplexArray:
-        both = Waves(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
-        drift, margin = drift_coefficients(database, both)
+        drift, margin = coefficients(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
         split = len(first.omega)
         matrix = newman(drift[component], mean)[:split, split:]
         return np.asarray(margin[:split, None] * matrix * margin[split:], dtype=np.complex128)
@@ -329,7 +335,7 @@ def wave_drift_damping(database: HydrodynamicDatabase, state: SeaState, step: fl
     headings, order, closed = _arc(headings)
     table = table[order]
     drift = np.swapaxes(table[..., list(HORIZONTAL)], 0, 1)
-    damping = aranha(drift, database.omega, headings, database.gravity)
+    damping = _damping(drift, database.omega, headings, database.gravity)
     frequency, density = _acting(state, step)
     weight = _onto(2.0 * np.pi * frequency, database.omega) * _margin(2.0 * np.pi * frequency, database.omega)[:, None]
     by_heading = 2.0 * step * np.einsum("f,fn,nhij->hij", density, weight, damping, optimize=True)

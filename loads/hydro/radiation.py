@@ -182,7 +182,7 @@ def frequency_response(memory: DiscreteMemory, omega: ArrayLike, step: float) ->
         lags = np.exp(np.outer(phase, np.arange(1, len(memory.taps) + 1)))
         result[:, memory.pairs[:, 0], memory.pairs[:, 1]] += lags @ memory.taps
     identity = np.eye(len(memory.transition))
-    for n, unit in enumerate(np.exp(phase)):
+    for n, unit in enumerate(np.exp(phase) if memory.transition.size else ()):
         # z (1 - Z delay) = G (1 + delay) v, and D already holds C G v.
         states = np.linalg.solve(identity - memory.transition * unit, memory.drive * (1.0 + unit))
         result[n] += memory.output @ (states - memory.drive)

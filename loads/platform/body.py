@@ -181,6 +181,17 @@ def generalized_force(load: NDArray[Any], pose: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate((load[:3], about_axes))
 
 
+def generalized_force_slope(load: NDArray[np.float64], pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Change of `generalized_force` of a constant load with the pose, (6, 6) N·m/rad in its columns of the angles."""
+    (_, sp, sy), (_, cp, cy) = np.sin(pose[3:]), np.cos(pose[3:])
+    x, y, z = load[3:]
+    result = np.zeros((6, 6))
+    result[3, 4] = -sp * (cy * x + sy * y) - cp * z
+    result[3, 5] = cp * (cy * y - sy * x)
+    result[4, 5] = -sy * y - cy * x
+    return result
+
+
 def _surface_squares(body: Body, pose: NDArray[Any], turn: NDArray[Any]) -> Any:
     """int zeta² dA over the waterplane, m⁴."""
     about_x, about_y = body.waterplane_moments

@@ -13,7 +13,6 @@ TLP's surge period is 102.6 s with it and 97.9 s by M alone).
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,13 @@ from scipy.optimize import linear_sum_assignment
 
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import ScenarioError, SolverError
-from tlpsim.loads.platform.body import fixed_array, generalized_force, hydrostatic_energy, turned_matrix
+from tlpsim.loads.platform.body import (
+    fixed_array,
+    generalized_force,
+    generalized_force_slope,
+    hydrostatic_energy,
+    turned_matrix,
+)
 from tlpsim.loads.platform.motion import PlatformModel, remaining, restoring_force, tangent_stiffness
 from tlpsim.loads.platform.state import PlatformState
 from tlpsim.loads.platform.tendons import tendon_drag, tendon_energy
@@ -187,7 +192,7 @@ def static_equilibrium(
         found: NDArray[np.float64] | None = origin
         for number in range(1, increments + 1):
             if found is not None:
-                found = balanced(partial(_unbalanced, model, load * (number / increments)), model.free, found)
+                found = balanced(model, load * (number / increments), found)
         if found is not None:
             return found
         increments *= 2
@@ -198,28 +203,35 @@ def static_equilibrium(
     )
 
 
-def _unbalanced(model: PlatformModel, load: NDArray[np.float64], pose: NDArray[Any]) -> NDArray[Any]:
-    return restoring_force(model, pose) - generalized_force(load, pose)
-
-
 def balanced(
-    residual: Callable[[NDArray[Any]], NDArray[Any]], free: NDArray[np.bool_], start: NDArray[np.float64]
+    model: PlatformModel,
+    load: NDArray[np.float64],
+    start: NDArray[np.float64],
+    yaw_slope: NDArray[np.float64] | None = None,
+    extra: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64] | None:
-    """Pose at which generalized forces vanish, by Newton's method; None when it does not converge.
+    """Pose at which r(x) + extra = E^T (load + slope (yaw - yaw of the start)), by Newton's method; None for none.
 
     Parameters
     ----------
-    residual : generalized forces (6,) at a pose (6,), which may be complex.
-    free : (6,) bool, degrees of freedom that move; the others stay where they start.
-    start : (6,) m, rad.
+    load : (6,) N, N·m, earth-fixed, about the reference point.
+    start : (6,) m, rad; held degrees of freedom stay there.
+    yaw_slope : change of the load with yaw, (6,) N/rad, N·m/rad; none by default.
+    extra : generalized force beside the restoring one, (6,); none by default.
     """
-    pose, step = start.copy(), 1e-30
-    if not np.any(free):
+    pose, free = start.copy(), np.flatnonzero(model.free)
+    if not free.size:
         return pose
+    chosen = np.ix_(free, free)
+    slope = np.zeros(6) if yaw_slope is None else yaw_slope
+    beside = np.zeros(6) if extra is None else extra
     for _ in range(LARGEST_ITERATION):
-        tangent = np.column_stack([residual(pose + 1j * step * unit)[free].imag / step for unit in np.eye(6)[free]])
+        acting = load + slope * (pose[5] - start[5])
+        left = restoring_force(model, pose) + beside - generalized_force(acting, pose)
+        tangent = tangent_stiffness(model, pose) - generalized_force_slope(acting, pose)
+        tangent[:, 5] -= generalized_force(slope, pose)
         try:
-            change = np.linalg.solve(tangent, -residual(pose)[free])
+            change = np.linalg.solve(tangent[chosen], -left[free])
         except np.linalg.LinAlgError:
             return None
         pose[free] += change

@@ -37,7 +37,6 @@ from tlpsim.loads.platform.body import (
     Body,
     fixed_array,
     generalized_force,
-    hydrostatic_load,
     mass_matrix,
     turned_matrix,
     yaw_turn,
@@ -45,6 +44,7 @@ from tlpsim.loads.platform.body import (
 from tlpsim.loads.platform.integration import LARGEST_ITERATION, NOT_CONVERGED, NOT_FINITE, integrate
 from tlpsim.loads.platform.memory import Memory, NoMemory
 from tlpsim.loads.platform.state import PlatformState, fit_history
+from tlpsim.loads.platform.statics import restoring, restoring_gradients
 from tlpsim.loads.platform.tendons import (
     POINTS,
     Tendons,
@@ -145,12 +145,12 @@ class PlatformModel:
         object.__setattr__(self, "linear_damping", damping)
         object.__setattr__(self, "free", free)
         object.__setattr__(self, "mass", fixed_array(mass, (6, 6), "mass matrix"))
-        stiffness = fixed_array(tangent_stiffness(self, np.zeros(6)), (6, 6), "tangent stiffness")
+        hydrostatics = fixed_array(hydrostatics, (12,), "hydrostatics")
+        lines = fixed_array(lines, (-1, lines.shape[1]), "tendon lines")
+        stiffness = fixed_array(_stiffness(np.zeros(6), hydrostatics, lines), (6, 6), "tangent stiffness")
         object.__setattr__(self, "stiffness", stiffness)
         object.__setattr__(self, "highest_frequency", _highest_frequency(self.mass, stiffness, free))
         matrices = fixed_array([self.mass, damping, stiffness], (3, 6, 6), "system matrices")
-        hydrostatics = fixed_array(hydrostatics, (12,), "hydrostatics")
-        lines = fixed_array(lines, (-1, lines.shape[1]), "tendon lines")
         object.__setattr__(self, "arrays", (matrices, hydrostatics, lines, line_masses, free))
 
 
@@ -164,17 +164,25 @@ def _highest_frequency(mass: NDArray[np.float64], stiffness: NDArray[np.float64]
 
 
 def restoring_force(model: PlatformModel, pose: NDArray[Any]) -> NDArray[Any]:
-    """r(x), gradient of the potential energy by the pose, (6,) N, N·m, at `pose` (6,) m, rad."""
-    load = hydrostatic_load(model.body, pose) + tendon_loads(model.tendons, pose)[0]
-    return -generalized_force(load, pose)
+    """r(x), gradient of the potential energy by the pose, (6,) N, N·m, at `pose` (6,) m, rad, which may be complex."""
+    return np.asarray(restoring(pose, *model.arrays[1:3])[0])
 
 
 def tangent_stiffness(model: PlatformModel, pose: NDArray[np.float64]) -> NDArray[np.float64]:
     """Tangent stiffness dr/dx at `pose` (6,) m, rad: (6, 6) N/m, N, N·m, exact (complex step), symmetric."""
-    step = 1e-30  # no difference is taken, so no step is too small
-    columns = [restoring_force(model, pose + 1j * step * unit).imag / step for unit in np.eye(6)]
-    stiffness = np.column_stack(columns)
-    return 0.5 * (stiffness + stiffness.T)
+    return _stiffness(pose, *model.arrays[1:3])
+
+
+def _stiffness(
+    pose: NDArray[np.float64], hydrostatics: NDArray[np.float64], lines: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    stiffness = restoring_gradients(pose, hydrostatics, lines)[0]
+    return np.asarray(0.5 * (stiffness + stiffness.T))
+
+
+def tension_gradients(model: PlatformModel, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Derivatives of the tensions at the tops by `pose` (6,) m, rad: (n, 6) N/m, N, exact (complex step)."""
+    return np.asarray(restoring_gradients(pose, *model.arrays[1:3])[1])
 
 
 def remaining(model: PlatformModel, intact: ArrayLike) -> PlatformModel:

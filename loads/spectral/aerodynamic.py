@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tlpsim.loads.spectral.hermite import expand
+from tlpsim.loads.spectral.hermite import expand_scalar
 from tlpsim.loads.spectral.model import SpectralWind
 from tlpsim.loads.wind.force import turned_segments
 
@@ -61,8 +61,8 @@ def _coefficients(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """c0, c1, c2 of eq. (2), (n,) each, for the variances (n,) of the gusts and of the relative speed."""
     if wind.decomposition == "full":
-        found = expand(wind.speed[:, None], relative[:, None, None])
-        return found.mean[:, 0], found.linear[:, 0, 0], found.quadratic[:, 0, 0, 0]
+        found = expand_scalar(wind.speed, np.sqrt(np.maximum(relative, 0.0)))
+        return found.mean, found.linear, found.quadratic
     second_order = 1.0 if wind.decomposition == "expanded" else 0.0
     return wind.speed**2 + gusts, 2.0 * wind.speed, np.full(len(gusts), second_order)
 

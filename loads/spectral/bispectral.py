@@ -36,9 +36,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
+from scipy.sparse import csr_array
 
 from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.remembered import remembered
+from tlpsim.loads.spectral.compiled import from_real_products, summed_over_diagonals
 from tlpsim.loads.spectral.decomposition import DecomposedSpectrum
+from tlpsim.loads.spectral.products import Products
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -118,16 +122,22 @@ class BispectralMatrix:
                     f"transfer function at {name} frequencies has the shape {transfer.shape}; it must be ({length}, "
                     f"outputs, {inputs})"
                 )
-        along = np.concatenate([at_difference[:0:-1].conj(), at_difference])  # H(-μ) = H(μ)*
         hankel = np.lib.stride_tricks.sliding_window_view(at_total, count, axis=0)
-        toeplitz = np.lib.stride_tricks.sliding_window_view(along, count, axis=0)[..., ::-1]
         return BispectralMatrix(
             frequency=self.frequency,
-            difference=_by_blocks(toeplitz, self.difference, self.sources),
+            difference=through_differences(at_difference, self.difference, self.sources),
             total=_by_blocks(hankel, self.total, self.sources),
         )
 
 
+def through_differences(transfer: ComplexArray, matrices: ComplexArray, sources: int) -> ComplexArray:
+    """Matrices (outputs, N, N) H(f₁-f₂) B of eq. (5) for H (nf, outputs, q) at differences and B (q, N, N)."""
+    along = np.concatenate([transfer[:0:-1].conj(), transfer])  # H(-μ) = H(μ)*
+    toeplitz = np.lib.stride_tricks.sliding_window_view(along, len(transfer), axis=0)[..., ::-1]
+    return _by_blocks(toeplitz, matrices, sources)
+
+
+@remembered(64)
 def interval(frequency: FloatArray) -> float:
     """Interval Δ of even frequencies (nf,) whose first is a whole multiple of it, Hz.
 
@@ -166,47 +176,49 @@ def columns(x: DecomposedSpectrum) -> ComplexArray:
     return x.function.transpose(1, 2, 0).reshape(x.function.shape[1], -1)
 
 
-def quadratic(frequency: FloatArray, x: ComplexArray, y: ComplexArray, weights: FloatArray) -> BispectralMatrix:
+def quadratic(frequency: FloatArray, products: Products) -> BispectralMatrix:
     """Bi-spectral matrices of sums of products, eqs. (3) and (4).
+
+    Of z_i = g^T A_i g, A_i symmetric, of the processes g (G, N) that the products are of they are
+
+        B_i = g^T A_i g*,   B⁺_i = g^T A_i g,                                                       (10)
+
+    so that the cost goes with the number of processes, not of products.
 
     Parameters
     ----------
     frequency
         Hz, shape (nf,); see `BispectralMatrix`.
-    x, y
-        Factors of the M products as `columns` gives them, shape (M, N); they may be the same.
-    weights
-        Of the products in each quantity, shape (q, M).
+    products
+        Of decomposed functions as `columns` gives them.
 
     Raises
     ------
     ScenarioError
         If the shapes do not fit or the frequencies are not even.
     """
-    if x.ndim != 2 or x.shape != y.shape or weights.ndim != 2 or weights.shape[1] != len(x):
+    processes, one, other, weights = products
+    if processes.ndim != 2 or weights.ndim != 2 or not len(one) == len(other) == weights.shape[1]:
         raise ScenarioError(
-            f"factors and weights of a quadratic function have the shapes {x.shape}, {y.shape} and {weights.shape}; "
-            "they must be (M, N), (M, N) and (q, M)"
+            f"processes, their places and weights of a quadratic function have the shapes {processes.shape}, "
+            f"{one.shape}, {other.shape} and {weights.shape}; they must be (G, N), (M,), (M,) and (q, M)"
         )
-    size = x.shape[1]
-    # Real and imaginary parts beside one another: one real product holds all four that B and B⁺ are made of, and
-    # both halves of eqs. (3) and (4), which are the same where x is y.
-    left = np.concatenate([x.real, x.imag], axis=1)
-    if x is y:
-        right, shares = left, weights
-    else:
-        other = np.concatenate([y.real, y.imag], axis=1)
-        left, right = np.concatenate([left, other]), np.concatenate([other, left])
-        shares = 0.5 * np.concatenate([weights, weights], axis=1)
-    difference = np.empty((len(weights), size, size), dtype=np.complex128)
-    total = np.empty_like(difference)
-    for i, share in enumerate(shares):
-        product = (left * share[:, None]).T @ right
-        rr, ri, ir, ii = product[:size, :size], product[:size, size:], product[size:, :size], product[size:, size:]
-        np.add(rr, ii, out=difference[i].real)
-        np.subtract(ir, ri, out=difference[i].imag)
-        np.subtract(rr, ii, out=total[i].real)
-        np.add(ir, ri, out=total[i].imag)
+    count, size = processes.shape
+    quantities = len(weights)
+    # A g of all quantities, those of one process together: rows (a, i) of a sparse matrix.
+    row = np.arange(quantities)[:, None]
+    places = np.concatenate([one * quantities + row, other * quantities + row], axis=1).ravel()
+    sources = np.tile(np.concatenate([other, one]), quantities)
+    entries = 0.5 * np.concatenate([weights, weights], axis=1).ravel()
+    forms = csr_array((entries, (places, sources)), shape=(count * quantities, count))
+    real, imaginary = np.ascontiguousarray(processes.real), np.ascontiguousarray(processes.imag)
+    by_real, by_imaginary = ((forms @ part).reshape(count, quantities * size) for part in (real, imaginary))
+    difference, total = from_real_products(
+        *(
+            (left.T @ right).reshape(size, quantities, size)
+            for left, right in ((real, by_real), (real, by_imaginary), (imaginary, by_imaginary))
+        )
+    )
     return BispectralMatrix(frequency=frequency, difference=difference, total=total)
 
 
@@ -231,41 +243,13 @@ def mean(b: BispectralMatrix) -> FloatArray:
     return np.asarray(np.einsum("iaa->i", b.difference).real * interval(b.frequency))
 
 
-def _skewed(block: ComplexArray, shift: int) -> ComplexArray:
-    """Rows of square matrices (q, n, n) moved along by the row number, to the left (-1) or right (1), zeros around.
-
-    Shape (q, n, n) or (q, n, 2 n - 1): diagonals or anti-diagonals become columns. A row longer or shorter by one
-    in the same memory does the moving.
-    """
-    size = block.shape[1]
-    padded = np.zeros((len(block), size * (2 * size + 1)), dtype=np.complex128)
-    padded[:, : 2 * size * size].reshape(len(block), size, 2 * size)[:, :, :size] = block
-    width = 2 * size - shift
-    columns = size if shift < 0 else 2 * size - 1
-    return padded[:, : size * width].reshape(len(block), size, width)[:, :, :columns]
-
-
-def _summed(matrices: ComplexArray, sources: int, shift: int) -> ComplexArray:
-    """Σ over (anti-)diagonals of M_i M_j*, shape (columns, q, q)."""
-    quantities, size = len(matrices), matrices.shape[1] // sources
-    result = np.zeros((size if shift < 0 else 2 * size - 1, quantities, quantities), dtype=np.complex128)
-    for p in range(sources):
-        for q in range(sources):
-            block = matrices[:, p * size : (p + 1) * size, q * size : (q + 1) * size]
-            if shift < 0:
-                block = block.swapaxes(1, 2)  # a row for each f, along it f + μ
-            rows = np.ascontiguousarray(_skewed(block, shift).transpose(2, 0, 1))
-            result += rows @ rows.conj().swapaxes(1, 2)
-    return result
-
-
 def difference_spectrum(b: BispectralMatrix) -> tuple[FloatArray, ComplexArray]:
     """Frequencies 0 ... (nf - 1) Δ, Hz, and cross-spectra at differences, (nf, q, q), eq. (7).
 
     The variance is Δ times their sum, with half of that at zero.
     """
     step = interval(b.frequency)
-    return b.difference_frequency, 2.0 * step * _summed(b.difference, b.sources, -1)
+    return b.difference_frequency, 2.0 * step * summed_over_diagonals(b.difference, len(b.frequency), False)
 
 
 def sum_spectrum(b: BispectralMatrix) -> tuple[FloatArray, ComplexArray]:
@@ -273,7 +257,7 @@ def sum_spectrum(b: BispectralMatrix) -> tuple[FloatArray, ComplexArray]:
 
     The variance is Δ times their sum.
     """
-    return b.total_frequency, interval(b.frequency) * _summed(b.total, b.sources, 1)
+    return b.total_frequency, interval(b.frequency) * summed_over_diagonals(b.total, len(b.frequency), True)
 
 
 def convolved_spectrum(

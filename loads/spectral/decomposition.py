@@ -158,8 +158,13 @@ def covariance(x: DecomposedSpectrum, y: DecomposedSpectrum | None = None) -> Fl
     """
     y = x if y is None else y
     _require_same(x, y, 2, "sources")
+    # Real and imaginary parts of all frequencies and sources are one long row of each process.
     weighted = x.function * trapezoidal_weights(x.frequency)[:, None, None]
-    return np.tensordot(weighted, y.function.conj(), axes=([0, 2], [0, 2])).real.copy()
+    left, right = (
+        np.ascontiguousarray(each.swapaxes(0, 1)).reshape(each.shape[1], -1).view(np.float64)
+        for each in (weighted, y.function)
+    )
+    return np.asarray(left @ right.T)
 
 
 def beside(a: DecomposedSpectrum, b: DecomposedSpectrum) -> DecomposedSpectrum:

@@ -15,7 +15,8 @@ The tension of a tendon is expanded likewise, T(x0 + x) = T + T' x + 1/2 T'' : x
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,13 @@ from scipy.optimize import linear_sum_assignment
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.errors import SolverError
 from tlpsim.loads.hydro.radiation import frequency_response
-from tlpsim.loads.platform.body import generalized_force, turned_matrix, yaw_turn
+from tlpsim.loads.platform.body import generalized_force, generalized_force_slope, turned_matrix, yaw_turn
 from tlpsim.loads.platform.equilibrium import ROUND_OFF, balanced
-from tlpsim.loads.platform.motion import LARGEST_PHASE, PlatformModel, restoring_force, tangent_stiffness
+from tlpsim.loads.platform.memory import DiscreteMemory
+from tlpsim.loads.platform.motion import LARGEST_PHASE, PlatformModel, tangent_stiffness, tension_gradients
 from tlpsim.loads.platform.tendons import tendon_loads
+from tlpsim.loads.remembered import remembered
+from tlpsim.loads.spectral.compiled import powers_of_responding, responding, responses
 from tlpsim.loads.spectral.records import Mode
 
 FloatArray = NDArray[np.float64]
@@ -37,12 +41,13 @@ ComplexArray = NDArray[np.complex128]
 
 _MEMORY_STEP = 0.005  # rad/s, a small part of 2 pi over the length of the memory
 _COMPLEX_STEP = 1e-30
+_FILTERS = tuple(each.name for each in fields(DiscreteMemory))  # in the order of its `arrays`
 _UNDAMPED = 1e-5  # of critical: less is rounding
 _SAME = 1e-6  # relative difference of frequencies that are alike
 _DIFFERENCE = np.array([1e-2, 1e-2, 1e-2, 1e-5, 1e-5, 1e-5])  # m, rad, for second derivatives
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Memory:
     """Response of the fluid's memory to the velocity in axes that turn with yaw, for `at`."""
 
@@ -55,14 +60,23 @@ class Memory:
         return np.asarray(self.spline(omega))
 
 
+_on_grid = remembered(24)(Memory.at)  # the same grids come back in each iteration, and in each case of a sweep
+
+
 def fluid_memory(platform: PlatformModel, step: float, highest: float) -> Memory:
     """Memory's response up to `highest` (rad/s) as the integrator has it that takes `step` (s)."""
     shortest = max(platform.highest_frequency / LARGEST_PHASE, 1.0 / platform.memory.longest_step)
     substep = step / max(1, math.ceil(step * shortest - 1e-9))
     filters = platform.memory.discrete(substep)
+    return _memory(substep, math.ceil(highest / _MEMORY_STEP) + 4, *filters.arrays)
+
+
+@remembered(8)
+def _memory(substep: float, count: int, *arrays: NDArray[Any]) -> Memory:
+    filters = DiscreteMemory(**dict(zip(_FILTERS, arrays, strict=True)))
     if not (filters.taps.size or filters.transition.size or np.any(filters.direct)):
         return Memory(spline=None)
-    omega = _MEMORY_STEP * np.arange(math.ceil(highest / _MEMORY_STEP) + 4)
+    omega = _MEMORY_STEP * np.arange(count)
     return Memory(spline=CubicSpline(omega, frequency_response(filters, omega, substep)))
 
 
@@ -114,19 +128,13 @@ def second_derivative(first: Any, pose: FloatArray) -> FloatArray:
 
 def restoring_curvature(platform: PlatformModel, pose: FloatArray) -> FloatArray:
     """r'' at a pose, (6, 6, 6) N/m², N/m, N and N·m."""
-    return second_derivative(lambda at: tangent_stiffness(platform, at), pose)
+    return second_derivative(partial(tangent_stiffness, platform), pose)
 
 
 def tension_expansion(platform: PlatformModel, pose: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Tensions at the tops T (t,) N, T' (t, 6) and T'' (t, 6, 6) at a pose."""
-
-    def tensions(at: NDArray[Any]) -> NDArray[Any]:
-        return tendon_loads(platform.tendons, at)[1]
-
-    def gradients(at: FloatArray) -> FloatArray:
-        return jacobian(tensions, at)
-
-    return tensions(pose), gradients(pose), second_derivative(gradients, pose)
+    gradients = partial(tension_gradients, platform)
+    return tendon_loads(platform.tendons, pose)[1], gradients(pose), second_derivative(gradients, pose)
 
 
 def mean_pose(
@@ -148,12 +156,7 @@ def mean_pose(
     SolverError
         Where there is no such position near.
     """
-    origin = float(start[5])
-
-    def residual(at: NDArray[Any]) -> NDArray[Any]:
-        return restoring_force(platform, at) + extra - generalized_force(load + yaw_slope * (at[5] - origin), at)
-
-    pose = balanced(residual, platform.free, start)
+    pose = balanced(platform, load, start, yaw_slope, extra)
     if pose is not None:
         return pose
     raise SolverError(
@@ -187,7 +190,7 @@ def dynamics(
         When the platform is unstable there.
     """
     loads = generalized_loads(pose)
-    turning = jacobian(lambda at: generalized_force(load.astype(np.complex128), at), pose)
+    turning = generalized_force_slope(load, pose)
     turning[:, 5] += loads @ yaw_slope
     whole = tangent_stiffness(platform, pose) - turning + loads @ stiffness
     mass = turned_matrix(platform.mass, float(pose[5]))
@@ -221,27 +224,23 @@ def _require_stable(stiffness: FloatArray, mass: FloatArray, free: NDArray[np.in
 
 def transfer(system: Dynamics, memory: Memory, omega: FloatArray) -> ComplexArray:
     """Z^-1 of eq. (2) at (n,) rad/s, (n, 6, 6) m/N ..., zero for degrees of freedom that are held."""
-    rates = system.turn @ memory.at(omega) @ system.turn.T + system.damping
-    impedance = system.stiffness + omega[:, None, None] * (1j * rates - omega[:, None, None] * system.mass)
-    result = np.zeros((len(omega), 6, 6), dtype=np.complex128)
-    rows, columns = np.meshgrid(system.free, system.free, indexing="ij")
-    if system.free.size:
-        result[:, rows, columns] = np.linalg.inv(impedance[:, rows, columns])
-    return result
-
-
-def operator(system: Dynamics, memory: Memory, omega: FloatArray, further: int = 0) -> ComplexArray:
-    """`transfer` beside the identity for further quantities, (n, 6 + further, 6 + further)."""
-    size = 6 + further
-    result = np.zeros((len(omega), size, size), dtype=np.complex128)
-    result[:, :6, :6] = transfer(system, memory, omega)
-    result[:, np.arange(6, size), np.arange(6, size)] = 1.0
-    return result
+    cosine, sine = float(system.turn[0, 0]), float(system.turn[1, 0])
+    memory_there = _on_grid(memory, omega)
+    matrices = (system.stiffness, system.mass, system.damping)
+    return np.asarray(responses(omega, memory_there, *matrices, cosine, sine, system.free))
 
 
 def through(matrices: ComplexArray, response: ComplexArray) -> ComplexArray:
-    """Cross-spectra H S H^H of what responds to cross-spectra S (n, k, k) by H (n, m, k)."""
-    return np.asarray(response @ matrices @ np.conj(np.swapaxes(response, 1, 2)))
+    """Cross-spectra (n, k, k) of what responds to cross-spectra (n, k, k) by transfer functions (n, 6, 6).
+
+    Quantities beside the six forces pass as they are. Both are Hermitian.
+    """
+    return np.asarray(responding(np.ascontiguousarray(matrices), np.ascontiguousarray(response)))
+
+
+def powers_through(matrices: ComplexArray, response: ComplexArray) -> FloatArray:
+    """Spectra (n, 6) of the positions in `through`."""
+    return np.asarray(powers_of_responding(np.ascontiguousarray(matrices), np.ascontiguousarray(response)))
 
 
 def natural_modes(system: Dynamics, memory: Memory) -> tuple[Mode, ...]:
@@ -249,21 +248,24 @@ def natural_modes(system: Dynamics, memory: Memory) -> tuple[Mode, ...]:
     chosen, count = np.ix_(system.free, system.free), len(system.free)
     if not count:
         return ()
-    starts = np.sort(np.abs(_eigen(system, memory, 0.0, chosen)[0]))
+    omega = np.sort(np.abs(_eigen(system, memory, np.zeros(1), chosen)[0][0]))
+    for _ in range(5):
+        values, vectors = _eigen(system, memory, omega, chosen)
+        energy = np.abs(vectors) ** 2 * np.diag(system.mass)[system.free, None]
+        moved = [linear_sum_assignment(-each.T / each.sum(axis=0)[:, None])[1] for each in energy]
+        # Surge and sway of a square hull have one frequency, and no order but by name.
+        sizes = np.round(np.log(np.abs(values)) / _SAME)
+        places = [np.lexsort(keys)[number] for number, keys in enumerate(zip(moved, sizes, strict=True))]
+        omega = np.abs(values[np.arange(count), places])
     found: list[Mode] = []
     left = set(range(count))
-    for number, omega in enumerate(starts):
-        for _ in range(5):
-            values, vectors = _eigen(system, memory, float(omega), chosen)
-            energy = np.abs(vectors) ** 2 * np.diag(system.mass)[system.free, None]
-            _, moved = linear_sum_assignment(-energy.T / energy.sum(axis=0)[:, None])
-            # Surge and sway of a square hull have one frequency, and no order but by name.
-            at = np.lexsort((moved, np.round(np.log(np.abs(values)) / _SAME)))[number]
-            omega = np.abs(values[at])
-        index = int(moved[at]) if moved[at] in left else max(left, key=lambda k: energy[k, at])
+    for number, at in enumerate(places):
+        index = int(moved[number][at])
+        if index not in left:
+            index = max(left, key=lambda k: energy[number, k, at])
         left.discard(index)
-        name, ratio = DEGREES_OF_FREEDOM[system.free[index]], float(-values[at].real / omega)
-        found.append(Mode(name=name, period=float(2.0 * np.pi / omega), damping_ratio=ratio))
+        name, ratio = DEGREES_OF_FREEDOM[system.free[index]], float(-values[number, at].real / omega[number])
+        found.append(Mode(name=name, period=float(2.0 * np.pi / omega[number]), damping_ratio=ratio))
     return tuple(found)
 
 
@@ -285,20 +287,19 @@ def require_damped(modes: tuple[Mode, ...]) -> None:
 
 
 def _eigen(
-    system: Dynamics, memory: Memory, omega: float, chosen: tuple[NDArray[np.int64], ...]
+    system: Dynamics, memory: Memory, omega: FloatArray, chosen: tuple[NDArray[np.int64], ...]
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Eigenvalues with positive imaginary part (count,), and vectors (count, count), with the memory at omega."""
-    at = max(omega, _MEMORY_STEP)
-    rates = system.turn @ memory.at(np.array([at]))[0] @ system.turn.T
-    mass = (system.mass + rates.imag / at)[chosen]
-    damping, stiffness = (system.damping + rates.real)[chosen], system.stiffness[chosen]
-    count = len(mass)
-    whole = np.block(
-        [
-            [np.zeros((count, count)), np.eye(count)],
-            [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
-        ]
-    )
+    """Eigenvalues with positive imaginary part (n, count), and vectors (n, count, count), with the memory at omega."""
+    at = np.maximum(omega, _MEMORY_STEP)
+    rates = (system.turn @ memory.at(at) @ system.turn.T)[:, chosen[0], chosen[1]]
+    mass = system.mass[chosen] + rates.imag / at[:, None, None]
+    count = len(system.free)
+    whole = np.zeros((len(at), 2 * count, 2 * count))
+    whole[:, np.arange(count), count + np.arange(count)] = 1.0
+    springs = np.broadcast_to(system.stiffness[chosen], mass.shape)
+    whole[:, count:] = -np.linalg.solve(mass, np.concatenate([springs, system.damping[chosen] + rates.real], axis=2))
     values, vectors = np.linalg.eig(whole)
-    order = np.argsort(-values.imag)[:count]  # of each pair the one that turns forward; overdamped ones have none
-    return values[order], vectors[:count, order]
+    # Of each pair the one that turns forward; overdamped ones have none.
+    order = np.argsort(-values.imag, axis=1)[:, :count]
+    forward = np.take_along_axis(vectors[:, :count], order[:, None], axis=2)
+    return np.take_along_axis(values, order, axis=1), forward

@@ -28,9 +28,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from tlpsim.loads.constants import HORIZONTAL
-from tlpsim.loads.spectral.bispectral import quadratic
+from tlpsim.loads.spectral.bispectral import quadratic, through_differences
 from tlpsim.loads.spectral.products import Products
 from tlpsim.loads.spectral.viscous import Drag, squares
 from tlpsim.loads.spectral.wave_grid import WaveGrid
@@ -52,8 +53,7 @@ def damping_products(drag: Drag, relative: ComplexArray) -> Products:
 
 def damping_matrices(drag: Drag, relative: ComplexArray, grid: WaveGrid) -> ComplexArray:
     """Decomposed bi-spectral matrices of b at difference frequencies, (9, N, N)."""
-    products = damping_products(drag, relative)
-    return quadratic(grid.frequency, products.first, products.second, products.weights).difference
+    return quadratic(grid.frequency, damping_products(drag, relative)).difference
 
 
 def group_damping(
@@ -83,16 +83,16 @@ def group_damping(
     if not np.any(fluctuation):
         return damping, load
     slow = list(HORIZONTAL)
-    count, order = len(grid.frequency), grid.order
-    ups = np.subtract.outer(np.arange(count), np.arange(count))
-    both = np.concatenate([np.conj(response[:0:-1]), response])[ups + count - 1][:, :, slow]
-    blocks = forces.reshape(6, order, count, order, count)
-    velocity = np.einsum("abij,jpaqb->ipaqb", both, blocks, optimize=True).reshape(3, *forces.shape[1:])
+    velocity = through_differences(response[:, slow], forces, grid.order)
     step = grid.step
     variance = variance[np.ix_(slow, slow)]
-    pairs = velocity[:, None] @ velocity[None]  # V_j V_k
-    third = 2.0 * step**3 * np.einsum("imn,jknm->ijk", fluctuation, pairs, optimize=True).real
-    third = third.reshape(3, 3, 3, 3)  # of b_ij with x'_k and x'_l
+    # V_j V_k is V_k V_j turned over, with the same Re tr(b V_j V_k): b and V are Hermitian.
+    rows, columns = np.triu_indices(3)
+    pairs = velocity[rows] @ velocity[columns]
+    flat = fluctuation.reshape(9, -1).conj()
+    third = np.empty((3, 3, 3, 3))  # of b_ij with x'_k and x'_l
+    third[:, :, rows, columns] = 2.0 * step**3 * (flat @ pairs.reshape(len(rows), -1).T).real.reshape(3, 3, -1)
+    third[:, :, columns, rows] = third[:, :, rows, columns]
     along = np.einsum("ijjl->il", third)
     kept = np.diag(variance) > _ROUNDING * np.max(np.diag(variance), initial=0.0)
     inside = np.ix_(kept, kept)
@@ -100,7 +100,7 @@ def group_damping(
     if np.any(kept):
         beta[inside] = np.linalg.solve(variance[inside], along[inside].T).T
     damping[np.ix_(slow, slow)] = beta
-    mean = step**2 * np.einsum("imn,jnm->ij", fluctuation, velocity, optimize=True).real
+    mean = step**2 * (flat @ velocity.reshape(3, -1).T).real
     load[slow] = -np.einsum("ijj->i", mean.reshape(3, 3, 3))
     return damping, load
 
@@ -127,19 +127,17 @@ def third_cumulant_change(
     count = len(frequency)
     length = _LAGS * count
     spacing = 1.0 / (length * (frequency[1] - frequency[0]))
-    rate = -2j * np.pi * frequency[:, None]  # of the conjugate: x' stands second
+    rate = -2j * np.pi * frequency  # of the conjugate: x' stands second
 
     def covariance(spectrum: ComplexArray) -> FloatArray:
-        weighted = spectrum.copy()
-        weighted[0] *= 0.5
-        return np.asarray(np.fft.ifft(weighted, n=length, axis=0)[: length // 2].real / spacing)
+        # irfft takes every frequency but zero twice, as ±f: half of it is the real part of the one-sided integral.
+        return np.asarray(fft.irfft(spectrum, length)[..., : length // 2] * (0.5 / spacing))
 
-    result = np.empty(len(rows))
-    for n, row in enumerate(rows):
-        own = row @ response  # (m, 6)
-        impulse = 2.0 * covariance(own[:, slow])
-        with_damping = covariance(np.einsum("mi,mib->mb", own, cross)).reshape(-1, 3, 3)
-        with_velocity = covariance(np.einsum("i,mij->mj", row, motion[:, :, slow]) * rate)
-        product = np.einsum("tj,tjk,tk->t", impulse, with_damping, with_velocity)
-        result[n] = -6.0 * spacing * (np.sum(product) - 0.5 * product[0])
-    return result
+    own = np.tensordot(rows, response, axes=(1, 1)).swapaxes(1, 2)  # (n, 6, m)
+    impulse = 2.0 * covariance(own[:, slow])
+    with_damping = np.einsum("nim,mib->nbm", own, cross)
+    with_damping = covariance(with_damping).reshape(len(rows), 3, 3, -1)
+    with_velocity = np.tensordot(rows, motion[:, :, slow], axes=(1, 1)).swapaxes(1, 2)
+    with_velocity = covariance(with_velocity * rate)
+    product = np.einsum("njt,njkt,nkt->nt", impulse, with_damping, with_velocity)
+    return np.asarray(-6.0 * spacing * (np.sum(product, axis=1) - 0.5 * product[:, 0]))

@@ -193,20 +193,19 @@ def _expanded(problem: Problem, state: State, curvature: FloatArray) -> tuple[Ex
     return found, replace(state, pose=pose)
 
 
-def wave_motion(sea: SeaOnGrid, problem: Problem, expanded: Expanded) -> tuple[ComplexArray, ComplexArray]:
-    """Motion (6, N) and earth-fixed loads (6, N) of waves of the first order."""
+def wave_motion(sea: SeaOnGrid, expanded: Expanded, response: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """First-order motion (6, N) and earth-fixed loads (6, N) of waves, by `transfer` at the grid's frequencies."""
     assert expanded.linear is not None
     force = sea.excitation + viscous.wave_loads(expanded.linear, *sea.rows)
     count = len(sea.grid.frequency)
-    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * sea.grid.frequency) @ expanded.system.loads
     by_direction = force.reshape(6, -1, count) if count else force.reshape(6, 0, 0)
-    return np.einsum("fij,jrf->irf", response, by_direction).reshape(6, -1), force
+    generalized = np.tensordot(expanded.system.loads, by_direction, axes=1)
+    return np.asarray(response @ generalized.transpose(2, 0, 1)).transpose(1, 2, 0).reshape(6, -1), force
 
 
-def gust_motion(gusts: GustsOnGrid, problem: Problem, expanded: Expanded) -> DecomposedSpectrum:
-    """Motion of gusts of the first order."""
+def gust_motion(gusts: GustsOnGrid, expanded: Expanded, response: ComplexArray) -> DecomposedSpectrum:
+    """Motion of gusts of the first order, by `transfer` at their frequencies."""
     assert expanded.wind is not None
-    response = transfer(expanded.system, problem.memory, 2.0 * np.pi * gusts.speeds.frequency)
     return gusts.speeds.through(response @ (expanded.system.loads @ expanded.wind.on_gusts))
 
 
@@ -219,9 +218,16 @@ def rates(motion: DecomposedSpectrum) -> DecomposedSpectrum:
 def _first(problem: Problem, expanded: Expanded) -> FirstOrder:
     waves = force = np.zeros((6, 0), dtype=np.complex128)
     if problem.sea is not None:
-        waves, force = wave_motion(problem.sea, problem, expanded)
-    gusts = None if problem.gusts is None else gust_motion(problem.gusts, problem, expanded)
+        waves, force = wave_motion(problem.sea, expanded, first_transfer(problem.sea.grid.frequency, problem, expanded))
+    gusts = None
+    if problem.gusts is not None:
+        gusts = gust_motion(problem.gusts, expanded, first_transfer(problem.gusts.speeds.frequency, problem, expanded))
     return FirstOrder(waves=waves, force=force, gusts=gusts)
+
+
+def first_transfer(frequency: FloatArray, problem: Problem, expanded: Expanded) -> ComplexArray:
+    """Transfer functions of the first order at frequencies (n,) Hz, (n, 6, 6)."""
+    return transfer(expanded.system, problem.memory, 2.0 * np.pi * frequency)
 
 
 def relative_speeds(gusts: GustsOnGrid, along: FloatArray, motion: DecomposedSpectrum) -> DecomposedSpectrum:
@@ -249,9 +255,9 @@ def _updated(problem: Problem, state: State, wind: LinearWind | None, first: Fir
     if problem.gusts is not None:
         changes["relative"] = problem.gusts.variance
         if wind is not None and first.gusts is not None:
-            own = covariance(relative_speeds(problem.gusts, wind.along, first.gusts))
-            others = state.second_velocity + wave_velocity
-            changes["relative"] = np.diag(own) + np.einsum("ni,ij,nj->n", wind.along, others, wind.along)
+            with_gusts = covariance(problem.gusts.speeds, rates(first.gusts))
+            own = np.einsum("ni,ij,nj->n", wind.along, slow_velocity + wave_velocity, wind.along)
+            changes["relative"] = problem.gusts.variance - 2.0 * np.sum(with_gusts * wind.along, axis=1) + own
     changes |= {"velocity": slow_velocity + wave_velocity, "position": position}
     for name, value in changes.items():
         old = getattr(state, name)
@@ -299,8 +305,7 @@ def first_expansion(problem: Problem) -> Expanded:
 def second_order(sea: SeaOnGrid, expanded: Expanded, first: FirstOrder, curvatures: FloatArray) -> SecondOrder:
     """Generalized forces (6) of the second order, and 1/2 c : x x for further curvatures (q, 6, 6)."""
     assert expanded.drag is not None
-    grid, more = sea.grid, np.zeros((len(curvatures), 6))
-    loads = np.vstack([expanded.system.loads, more])
+    grid, loads = sea.grid, expanded.system.loads
     under, surface = (
         viscous.relative_rows(elements, rows, first.waves, grid.omega)
         for elements, rows in zip(sea.elements, sea.rows, strict=True)
@@ -312,10 +317,13 @@ def second_order(sea: SeaOnGrid, expanded: Expanded, first: FirstOrder, curvatur
     }
     if sea.waves.displaced_position:
         products["displaced position"] = displaced_products(first.waves, first.force, grid)
-    found = {name: each._replace(weights=loads @ each.weights) for name, each in products.items() if len(each.first)}
-    found["tethers"] = tether_products(first.waves, np.concatenate([-expanded.curvature, curvatures]))
-    drift = None if sea.drift is None else np.tensordot(loads, sea.drift, axes=1)
-    return SecondOrder(products=found, drift=drift)
+    found = {name: each._replace(weights=loads @ each.weights) for name, each in products.items() if len(each.one)}
+    found["tethers"] = tether_products(first.waves, -expanded.curvature)
+    return SecondOrder(
+        products=found,
+        drift=None if sea.drift is None else np.tensordot(loads, sea.drift, axes=1),
+        further=tether_products(first.waves, curvatures),
+    )
 
 
 def _second(problem: Problem, expanded: Expanded, first: FirstOrder, state: State) -> State:
@@ -348,7 +356,7 @@ def _group_damping(problem: Problem, expanded: Expanded, variance: FloatArray) -
     sea = problem.groups
     assert sea is not None
     assert expanded.drag is not None
-    position, force = wave_motion(sea, problem, expanded)
+    position, force = wave_motion(sea, expanded, first_transfer(sea.grid.frequency, problem, expanded))
     first = FirstOrder(waves=position, force=force, gusts=None)
     forces = whole(second_order(sea, expanded, first, np.zeros((0, 6, 6))), sea.grid).difference
     relative, _ = viscous.relative_rows(sea.elements[0], sea.rows[0], position, sea.grid.omega)

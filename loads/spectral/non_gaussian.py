@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from tlpsim.loads.spectral import viscous
 from tlpsim.loads.spectral.bispectral import BispectralMatrix, difference_spectrum
 from tlpsim.loads.spectral.cumulants import QuadraticForm, beside, cumulants, from_waves
-from tlpsim.loads.spectral.dynamics import operator, transfer
+from tlpsim.loads.spectral.dynamics import transfer
 from tlpsim.loads.spectral.group_damping import damping_matrices, third_cumulant_change
-from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, second_order, wave_motion
+from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, first_transfer, second_order, wave_motion
 from tlpsim.loads.spectral.problem import SLOW_BAND, Problem
 from tlpsim.loads.spectral.second_order import EvenSpectrum, whole
 
@@ -62,15 +62,12 @@ def higher_cumulants(
     sea = problem.groups
     if sea is None:
         return result
-    position, force = wave_motion(sea, problem, expanded)
+    position, force = wave_motion(sea, expanded, first_transfer(sea.grid.frequency, problem, expanded))
     first = FirstOrder(waves=position, force=force, gusts=None)
     kinds, number = np.unique(curvatures.reshape(len(rows), 36), axis=0, return_inverse=True)
     matrices = whole(second_order(sea, expanded, first, kinds.reshape(-1, 6, 6)), sea.grid)
-    kernels = _responses(problem, expanded, matrices)
-    for n, row in enumerate(rows):
-        whole_row = np.concatenate([row, np.eye(len(kinds))[number.ravel()[n]]])
-        difference, total = (np.tensordot(whole_row, each, axes=1) for each in (kernels.difference, kernels.total))
-        result[n] += _third_and_fourth(from_waves(row @ position, difference, total, sea.grid.step))
+    forms = np.concatenate([rows, np.eye(len(kinds))[number.ravel()]], axis=1)
+    result += _of_waves(_responses(problem, expanded, matrices), rows @ position, forms, sea.grid.step)
     result[:, 0] += _of_group_damping(problem, expanded, matrices, position, frequency, motion[0], rows)
     return result
 
@@ -112,6 +109,13 @@ def _of_slow_motion(row: FloatArray, curve: FloatArray, slow: FloatArray, fast: 
     return _third_and_fourth(beside(own, waves, slow.T @ curve @ fast))
 
 
+def _of_waves(kernels: BispectralMatrix, linear: ComplexArray, forms: FloatArray, step: float) -> FloatArray:
+    """Those of eq. (1), (n, 2), for c x1 (n, N) and forms [c, 1] (n, k) of the second-order responses."""
+    difference, total = (_combined(forms, part) for part in (kernels.difference, kernels.total))
+    each = zip(linear, difference, total, strict=True)
+    return np.stack([_third_and_fourth(from_waves(x, low, high, step)) for x, low, high in each])
+
+
 def _third_and_fourth(form: QuadraticForm) -> FloatArray:
     found = cumulants(form)
     return np.array([found.skewness * found.variance**1.5, found.excess_kurtosis * found.variance**2])
@@ -119,8 +123,21 @@ def _third_and_fourth(form: QuadraticForm) -> FloatArray:
 
 def _responses(problem: Problem, expanded: Expanded, matrices: BispectralMatrix) -> BispectralMatrix:
     """Matrices of positions and of quadratic quantities from those of forces and of the same quantities."""
-    further = len(matrices.difference) - 6
-    return matrices.through(
-        operator(expanded.drifting, problem.memory, 2.0 * np.pi * matrices.difference_frequency, further),
-        operator(expanded.system, problem.memory, 2.0 * np.pi * matrices.total_frequency, further),
+    forces = BispectralMatrix(
+        frequency=matrices.frequency, difference=matrices.difference[:6], total=matrices.total[:6]
     )
+    found = forces.through(
+        transfer(expanded.drifting, problem.memory, 2.0 * np.pi * forces.difference_frequency),
+        transfer(expanded.system, problem.memory, 2.0 * np.pi * forces.total_frequency),
+    )
+    return BispectralMatrix(
+        frequency=matrices.frequency,
+        difference=np.concatenate([found.difference, matrices.difference[6:]]),
+        total=np.concatenate([found.total, matrices.total[6:]]),
+    )
+
+
+def _combined(forms: FloatArray, matrices: ComplexArray) -> ComplexArray:
+    """Sums (n, N, N) of matrices (k, N, N) with real factors (n, k)."""
+    flat = np.ascontiguousarray(matrices).reshape(len(matrices), -1).view(np.float64)
+    return np.asarray((forms @ flat).view(np.complex128).reshape(len(forms), *matrices.shape[1:]))

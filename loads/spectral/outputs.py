@@ -23,7 +23,7 @@ from tlpsim.loads.platform.tendons import tendon_loads
 from tlpsim.loads.spectral.dynamics import Dynamics, jacobian, tension_expansion
 from tlpsim.loads.spectral.iteration import State
 from tlpsim.loads.spectral.model import SpectralModel
-from tlpsim.loads.spectral.records import Quantity, band_integral
+from tlpsim.loads.spectral.records import Quantity
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -114,15 +114,15 @@ def quantities(
     cumulants
         Third and fourth, (6 + q, 2), of the position and of tensions that differ.
     """
+    numbers = np.arange(1, len(asked.tensions) + 1) if model.tendons is None else model.tendons
+    rows = _rows(asked)
+    powers = _powers(spectrum, rows)
+    rates = (2.0 * np.pi * frequency) ** 2
     found: dict[str, Quantity] = {}
-    size = spectrum.shape[1]
 
-    def add(name: str, unit: str, mean: float, row: FloatArray, power: int = 0, higher: Any = (0.0, 0.0)) -> None:
-        whole = np.zeros(size)
-        whole[: len(row)] = row
-        density = np.einsum("i,fij,j->f", whole, spectrum, whole, optimize=True).real
-        density = np.maximum(density, 0.0) * (2.0 * np.pi * frequency) ** (2 * power)
-        variance = band_integral(frequency, density)
+    def add(name: str, unit: str, mean: float, row: int, power: int = 0, higher: Any = (0.0, 0.0)) -> None:
+        density = powers[row] * rates**power if power else powers[row]
+        variance = float(np.trapezoid(density, frequency))
         shape = (higher[0] / variance**1.5, higher[1] / variance**2) if variance > 0.0 else (0.0, 0.0)
         found[name] = Quantity(
             name=name,
@@ -138,8 +138,7 @@ def quantities(
         for i, degree in enumerate(DEGREES_OF_FREEDOM):
             unit = ("m" if i < 3 else "rad") + per
             mean = 0.0 if power else float(system.pose[i])
-            add(f"{prefix}.{degree}", unit, mean, np.eye(6)[i], power, (0.0, 0.0) if power else cumulants[i])
-    numbers = np.arange(1, len(asked.tensions) + 1) if model.tendons is None else model.tendons
+            add(f"{prefix}.{degree}", unit, mean, i, power, (0.0, 0.0) if power else cumulants[i])
     for prefix, change in (
         ("tendon_tension", np.zeros(len(numbers))),
         ("tendon_bottom_tension", asked.bottom_less_top),
@@ -147,20 +146,33 @@ def quantities(
         for t, number in enumerate(numbers):
             curve = asked.curvatures[asked.kind[t]]
             mean = asked.tensions[t] + change[t] + 0.5 * float(np.sum(curve * state.position))
-            row = np.concatenate([asked.gradients[t], np.eye(len(asked.curvatures))[asked.kind[t]]])
-            add(f"{prefix}[{number}]", "N", float(mean), row, 0, cumulants[6 + asked.kind[t]])
+            add(f"{prefix}[{number}]", "N", float(mean), 6 + t, 0, cumulants[6 + asked.kind[t]])
     for k, place in enumerate(asked.places):
         for axis, name in enumerate("xyz"):
-            row = asked.place_gradients[k, axis]
+            row = 6 + len(numbers) + 3 * k + axis
             add(f"point_position[{k + 1}].{name}", "m", float(place[axis]), row)
             add(f"point_acceleration[{k + 1}].{name}", "m/s2", 0.0, row, 2)
     if len(asked.places):
-        row = asked.place_gradients[0, 2]
         waves, elevation = sea
-        rise = np.einsum("i,ifr->fr", row, waves)
+        rise = np.tensordot(asked.place_gradients[0, 2], waves, axes=1)
         change = np.sum(np.abs(rise - elevation) ** 2 - np.abs(rise) ** 2, axis=1)
         own = found["point_position[1].z"].density + change
         found["airgap"] = Quantity(
             name="airgap", unit="m", mean=float(asked.places[0, 2]), frequency=frequency, density=np.maximum(own, 0.0)
         )
     return found
+
+
+def _rows(asked: Outputs) -> FloatArray:
+    """[c, 1] of eq. (2) of positions, tensions and points, (6 + t + 3 n, 6 + q)."""
+    size = len(asked.curvatures)
+    tensions = np.concatenate([asked.gradients, np.eye(size)[asked.kind]], axis=1)
+    linear = [np.eye(6), asked.place_gradients.reshape(-1, 6)]
+    positions, places = (np.concatenate([each, np.zeros((len(each), size))], axis=1) for each in linear)
+    return np.concatenate([positions, tensions, places])
+
+
+def _powers(spectrum: ComplexArray, rows: FloatArray) -> FloatArray:
+    """Spectra (n, m) of rows (n, k) by cross-spectra (m, k, k), none below zero."""
+    squares = (rows[:, :, None] * rows[:, None, :]).reshape(len(rows), -1)
+    return np.maximum(squares @ spectrum.real.reshape(len(spectrum), -1).T, 0.0)

@@ -6,6 +6,7 @@ wide ones beyond.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from tlpsim.loads.spectral.decomposition import DecomposedSpectrum, covariance, 
 from tlpsim.loads.spectral.dynamics import Memory, fluid_memory
 from tlpsim.loads.spectral.model import SpectralModel, SpectralWaves, SpectralWind
 from tlpsim.loads.spectral.second_order import drift_matrix
-from tlpsim.loads.spectral.wave_grid import HIGHEST, WaveGrid, equivalent_width, wave_grid
+from tlpsim.loads.spectral.wave_grid import HIGHEST, WaveGrid, equivalent_width, part_of, wave_grid
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -27,6 +28,8 @@ WAVE_STEP = 4e-3
 """Hz, largest of the waves' grid, on which nothing is resonant: spreads are within 3e-4 of those with 1e-3 Hz."""
 MOST_COMPONENTS = 600
 """of the waves' grid, over all directions, unless its steps would be longer than `LONGEST_WAVE_STEP`."""
+COMPONENTS_AT_ONCE = 1500
+"""of waves on fine steps, whose velocities at all strips take some 10 kB each."""
 LONGEST_WAVE_STEP = 8e-3
 """Hz, with which spreads are within 1.5e-3."""
 GROUP_COMPONENTS, FEWEST_COMPONENTS = 100, 24
@@ -103,12 +106,26 @@ class Problem:
     weight: FloatArray
 
 
-def sea_on_grid(
-    waves: SpectralWaves, step: float, *, with_drift: bool = True, band: tuple[float, float] = (0.0, np.inf)
+def sea_on_grid(waves: SpectralWaves, step: float) -> SeaOnGrid:
+    """Waves at whole multiples of `step` (Hz)."""
+    return _on_grid(waves, wave_grid(waves, step), (viscous.strips(waves), viscous.surface_pieces(waves)))
+
+
+def refined_sea(sea: SeaOnGrid, step: float) -> Iterator[SeaOnGrid]:
+    """The same waves at whole multiples of `step` (Hz), without their drift, some of the frequencies at a time."""
+    grid = wave_grid(sea.waves, step)
+    count = max(COMPONENTS_AT_ONCE // max(grid.order, 1), 1)
+    for first in range(0, len(grid.frequency), count):
+        yield _on_grid(sea.waves, part_of(grid, slice(first, first + count)), sea.elements, with_drift=False)
+
+
+def _on_grid(
+    waves: SpectralWaves,
+    grid: WaveGrid,
+    elements: tuple[viscous.DragElements, viscous.DragElements],
+    *,
+    with_drift: bool = True,
 ) -> SeaOnGrid:
-    """Waves at whole multiples of `step` (Hz) within a band (Hz)."""
-    grid = wave_grid(waves, step, band)
-    elements = viscous.strips(waves), viscous.surface_pieces(waves)
     transfer_of = waves.excitation
     if not len(grid.root):
         excitation = np.zeros((6, 0), dtype=np.complex128)
@@ -136,7 +153,7 @@ def _groups(sea: SeaOnGrid) -> SeaOnGrid:
     low, high = max(int(low) - 1, 0), min(int(high) + 1, len(grid.frequency) - 1)
     band = float(grid.frequency[low]), float(grid.frequency[high])
     step = (band[1] - band[0]) / max(GROUP_COMPONENTS // grid.order, FEWEST_COMPONENTS)
-    return sea_on_grid(sea.waves, min(step, grid.step), band=band)
+    return _on_grid(sea.waves, wave_grid(sea.waves, min(step, grid.step), band), sea.elements)
 
 
 def gusts_on_grid(wind: SpectralWind, frequency: FloatArray) -> GustsOnGrid:

@@ -20,6 +20,7 @@ from scipy import fft
 
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.spectral.bispectral import interval
+from tlpsim.loads.spectral.compiled import traces
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -58,15 +59,10 @@ def product_spectrum(
     """
     spectra = [first, first if second is None else second]
     length = _length(frequency, spectra, weights.shape[1:], points)
-    quantities, inner, _ = weights.shape
     forms = weights if second is not None else 0.5 * (weights + weights.swapaxes(1, 2))
     g = _covariance(frequency, first, length)
     h = g if second is None else _covariance(frequency, second, length)
-    # tr(A_i R_h A_j' R_g') is the inner product of A_i R_h and R_g A_j.
-    left = forms.reshape(-1, forms.shape[2]) @ h
-    right = g @ forms.transpose(1, 0, 2).reshape(inner, -1)
-    right = right.reshape(len(g), inner, quantities, -1).swapaxes(1, 2)
-    products = left.reshape(len(g), quantities, -1) @ right.reshape(len(g), quantities, -1).swapaxes(1, 2)
+    products = traces(forms, g, h)
     return _one_sided(frequency, products, length, points) * (2.0 if second is None else 1.0)
 
 
@@ -79,7 +75,9 @@ def square_spectrum(
     """
     length = _length(frequency, [spectrum], weights.shape[1:], points)
     g = _covariance(frequency, spectrum, length)
-    return _one_sided(frequency, weights @ (2.0 * g * g) @ weights.T, length, points)
+    before = np.tensordot(weights, 2.0 * g * g, axes=1)
+    products = np.tensordot(weights, before, axes=(1, 1)).swapaxes(0, 1)
+    return _one_sided(frequency, products, length, points)
 
 
 def _length(frequency: FloatArray, spectra: list[ComplexArray], sizes: tuple[int, ...], points: int | None) -> int:
@@ -100,20 +98,26 @@ def _length(frequency: FloatArray, spectra: list[ComplexArray], sizes: tuple[int
 
 
 def _covariance(frequency: FloatArray, spectrum: ComplexArray, length: int) -> FloatArray:
-    """R at lags 0 ... half the period 1 / Δ, shape (length / 2 + 1, d, d); at the others R(-τ) = R(τ)^T."""
+    """R at lags 0 ... half the period 1 / Δ, shape (d, d, length / 2 + 1); at the others R(-τ) = R(τ)^T."""
     # irfft takes every frequency but zero twice, as ±f: two-sided, that is twice the spectrum, at zero as it is.
-    lags = fft.irfft(spectrum, length, axis=0)[: length // 2 + 1]
-    return np.asarray(lags * (0.5 * length * interval(frequency)))
+    size, half = spectrum.shape[1], length // 2 + 1
+    rows, others = np.triu_indices(size)
+    series = fft.irfft(np.ascontiguousarray(spectrum[:, rows, others].T), length) * (0.5 * length * interval(frequency))
+    lags = np.empty((size, size, half))
+    lags[rows, others] = series[:, :half]
+    lags[others, rows, 1:] = series[:, :-half:-1]
+    lags[others, rows, 0] = series[:, 0]
+    return lags
 
 
 def _one_sided(frequency: FloatArray, covariance: FloatArray, length: int, points: int | None) -> ComplexArray:
     """Spectra (points, q, q) of covariance functions at lags from zero to half the period."""
-    size = covariance.shape[1]
+    size = len(covariance)
     rows, others = np.triu_indices(size)
-    series = np.concatenate([covariance[:, rows, others], covariance[-2:0:-1, others, rows]])
-    upper = fft.rfft(np.ascontiguousarray(series.T))[:, : len(frequency) if points is None else points]
+    series = np.concatenate([covariance[rows, others], covariance[others, rows, -2:0:-1]], axis=1)
+    upper = fft.rfft(series)[:, : len(frequency) if points is None else points]
     upper *= 2.0 / (length * interval(frequency))
     spectrum = np.empty((size, size, upper.shape[1]), dtype=np.complex128)
     spectrum[others, rows] = upper.conj()
     spectrum[rows, others] = upper
-    return spectrum.transpose(2, 0, 1)
+    return np.ascontiguousarray(spectrum.transpose(2, 0, 1))

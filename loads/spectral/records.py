@@ -21,6 +21,8 @@ ComplexArray = NDArray[np.complex128]
 
 def band_integral(frequency: FloatArray, density: FloatArray, lowest: float = 0.0, highest: float = np.inf) -> float:
     """Integral of a density (n,) over a band (Hz), by the trapezoidal rule with interpolated ends."""
+    if lowest <= frequency[0] and highest >= frequency[-1]:
+        return float(np.trapezoid(density, frequency))
     ends = np.clip([lowest, highest], frequency[0], frequency[-1])
     inside = frequency[(frequency > ends[0]) & (frequency < ends[1])]
     at = np.unique(np.concatenate([ends, inside]))

@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
+from tlpsim.loads.spectral.bispectral import BispectralMatrix, add
 from tlpsim.loads.spectral.decomposition import cross_spectrum
-from tlpsim.loads.spectral.dynamics import natural_modes, operator, require_damped, through
+from tlpsim.loads.spectral.dynamics import natural_modes, powers_through, require_damped, through, transfer
 from tlpsim.loads.spectral.iteration import (
     SECOND_ORDER,
     TOLERANCE,
@@ -50,11 +51,11 @@ from tlpsim.loads.spectral.problem import (
     gusts_on_grid,
     prepared,
     refined,
-    sea_on_grid,
+    refined_sea,
 )
 from tlpsim.loads.spectral.quadratic_forms import product_spectrum, square_spectrum
 from tlpsim.loads.spectral.records import Mode, SpectralResponse
-from tlpsim.loads.spectral.second_order import QuadraticSpectra, SecondOrder, matrices, means, spectra, whole
+from tlpsim.loads.spectral.second_order import SecondOrder, matrices, means, spectra, with_further
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -160,39 +161,38 @@ def _evaluated(
     model, system, sea = problem.model, expanded.system, acting_sea(problem)
     frequency = step * np.arange(round(problem.frequency[-1] / step) + 1)
     asked = outputs(model, system.pose)
-    further = len(asked.curvatures)
     drifting, response = (
-        operator(each, problem.memory, 2.0 * np.pi * frequency, further) for each in (expanded.drifting, system)
+        transfer(each, problem.memory, 2.0 * np.pi * frequency) for each in (expanded.drifting, system)
     )
-    waves, elevation = _waves(problem, expanded, frequency)
-    parts: dict[str, ComplexArray] = {}
+    waves, elevation = _waves(problem, expanded, frequency, response)
+    parts: dict[str, FloatArray] = {}
     slow = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
     if problem.gusts is not None:
-        parts["wind"] = _wind(problem.gusts, problem, expanded, frequency, response[:, :6, :6], waves)
-        slow += parts["wind"]
-    first = np.einsum("ifr,jfr->fij", waves, waves.conj(), optimize=True)
-    found = np.zeros_like(response)
+        slow += _wind(problem.gusts, expanded, frequency, response, waves)
+        parts["wind"] = _diagonal(slow)
+    by_frequency = np.ascontiguousarray(waves.swapaxes(0, 1))
+    first = by_frequency @ by_frequency.conj().swapaxes(1, 2)
+    size = 6 + len(asked.curvatures)
+    found = np.zeros((len(frequency), size, size), dtype=np.complex128)
     found[:, :6, :6] = slow + first
     second = None if sea is None else second_order(sea, expanded, first_order, asked.curvatures)
+    fast = np.zeros_like(found)
     if sea is not None and second is not None:
-        parts["waves"] = first
-        for name, each in _spectra(second, sea).items():
-            low = through(each.difference.at(frequency), drifting)
-            both = low + through(each.total.at(frequency), response)
-            parts[name] = both[:, :6, :6].copy()
-            if name == ALL_SECOND_ORDER:
-                slow += low[:, :6, :6]
-                found += both
-    products = through(_products(expanded, asked, slow, first, frequency), response)
-    parts[PRODUCTS] = products[:, :6, :6]
-    found += products
+        parts["waves"] = _diagonal(first)
+        by_part, low, fast = _spectra(second, sea, frequency, drifting, response)
+        parts |= by_part
+        slow += low[:, :6, :6]
+        found += low
+    products = _products(expanded, asked, slow, first, frequency)
+    parts[PRODUCTS] = powers_through(products, response)
+    found += through(fast + products, response)
     evaluated = time.perf_counter()
     shapes = higher_cumulants(problem, expanded, frequency, (slow, first), *asked.forms)
     return SpectralResponse(
         frequency=frequency,
         quantities=quantities(asked, model, system, frequency, found, state, (waves, elevation), shapes),
         cross_spectrum=found[:, :6, :6],
-        contributions={name: np.einsum("fii->fi", part).real.copy() for name, part in parts.items()},
+        contributions=parts,
         mean_loads=_mean_loads(expanded, second, sea, state),
         mean_position=system.pose,
         modes=modes,
@@ -206,27 +206,32 @@ def _evaluated(
     )
 
 
-def _waves(problem: Problem, expanded: Expanded, frequency: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """First-order motion (6, m, r) and elevation (m, r) of waves at fine frequencies (m,)."""
+def _diagonal(spectrum: ComplexArray) -> FloatArray:
+    """Spectra (m, 6) of the positions in cross-spectra (m, k, k)."""
+    return np.einsum("fii->fi", spectrum).real[:, :6].copy()
+
+
+def _waves(
+    problem: Problem, expanded: Expanded, frequency: FloatArray, response: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """First-order motion (6, m, r) and elevation (m, r) of waves at fine frequencies (m,), by transfer functions."""
     count, step = len(frequency), frequency[1]
     coarse = acting_sea(problem)
     if coarse is None:
         return np.zeros((6, count, 0), dtype=np.complex128), np.zeros((count, 0), dtype=np.complex128)
-    sea = sea_on_grid(coarse.waves, step, with_drift=False)
-    motion, _ = wave_motion(sea, problem, expanded)
-    grid = sea.grid
-    rows = np.round(grid.frequency / step).astype(np.int64)
-    result = np.zeros((6, count, grid.order), dtype=np.complex128)
-    elevation = np.zeros((count, grid.order), dtype=np.complex128)
-    kept = rows < count
-    result[:, rows[kept]] = motion.reshape(6, grid.order, -1).swapaxes(1, 2)[:, kept]
-    elevation[rows[kept]] = grid.root.reshape(grid.order, -1).T[kept]
+    order = coarse.grid.order
+    result = np.zeros((6, count, order), dtype=np.complex128)
+    elevation = np.zeros((count, order), dtype=np.complex128)
+    for sea in refined_sea(coarse, step):
+        rows = np.round(sea.grid.frequency / step).astype(np.int64)
+        motion, _ = wave_motion(sea, expanded, response[rows])
+        result[:, rows] = motion.reshape(6, order, -1).swapaxes(1, 2)
+        elevation[rows] = sea.grid.root.reshape(order, -1).T
     return result, elevation
 
 
 def _wind(
     coarse: GustsOnGrid,
-    problem: Problem,
     expanded: Expanded,
     frequency: FloatArray,
     response: ComplexArray,
@@ -235,8 +240,8 @@ def _wind(
     """Cross-spectra (m, 6, 6) of the motion of gusts, and of the squares of the relative speeds, or of gusts alone."""
     assert expanded.wind is not None
     gusts = gusts_on_grid(coarse.wind, frequency)
-    motion = gust_motion(gusts, problem, expanded)
-    count = len(motion.frequency)
+    count = len(gusts.speeds.frequency)
+    motion = gust_motion(gusts, expanded, response[:count])
     result = np.zeros((len(frequency), 6, 6), dtype=np.complex128)
     result[:count] = cross_spectrum(motion)
     if not np.any(expanded.wind.on_squares):
@@ -245,22 +250,35 @@ def _wind(
     others = along @ (2j * np.pi * frequency[:, None, None] * waves.swapaxes(0, 1))
     speeds = others @ np.conj(np.swapaxes(others, 1, 2))
     speeds[:count] += cross_spectrum(relative_speeds(gusts, along, motion))
-    forces = square_spectrum(frequency, speeds, expanded.system.loads @ expanded.wind.on_squares)
-    return result + through(forces, response)
+    squares = square_spectrum(frequency, speeds, expanded.system.loads @ expanded.wind.on_squares)
+    return result + through(squares, response)
 
 
-def _spectra(parts: SecondOrder, sea: SeaOnGrid) -> dict[str, QuadraticSpectra]:
-    """Spectra of quadratic forces and of further quadratic quantities by part, and of all parts together."""
-    found = {name: spectra(part, sea.grid) for name, part in matrices(parts, sea.grid).items()}
-    return {**found, ALL_SECOND_ORDER: spectra(whole(parts, sea.grid), sea.grid)}
+def _spectra(
+    second: SecondOrder, sea: SeaOnGrid, frequency: FloatArray, drifting: ComplexArray, response: ComplexArray
+) -> tuple[dict[str, FloatArray], ComplexArray, ComplexArray]:
+    """Contributions (m, 6) of the second order by part; all of it at differences, and its forces at sums (m, k, k)."""
+    parts: dict[str, FloatArray] = {}
+    forces: BispectralMatrix | None = None
+    for name, each in matrices(second, sea.grid):
+        both = spectra(each, sea.grid)
+        parts[name] = powers_through(both.difference.at(frequency), drifting)
+        parts[name] += powers_through(both.total.at(frequency), response)
+        forces = each if forces is None else add(forces, each)
+    assert forces is not None
+    both = spectra(with_further(forces, second, sea.grid), sea.grid)
+    low, fast = through(both.difference.at(frequency), drifting), both.total.at(frequency)
+    parts[ALL_SECOND_ORDER] = _diagonal(low) + powers_through(fast, response)
+    return parts, low, fast
 
 
 def _products(
     expanded: Expanded, asked: Outputs, slow: ComplexArray, waves: ComplexArray, frequency: FloatArray
 ) -> ComplexArray:
     """Spectra of -1/2 r'' : x x and of further quadratic quantities from slow motion, alone and with that of waves."""
-    curvature = 0.5 * np.concatenate([-expanded.curvature, asked.curvatures])
-    return product_spectrum(frequency, slow, curvature) + product_spectrum(frequency, slow, 2.0 * curvature, waves)
+    # Of slow motion g and waves h, 2 tr(C R_g C R_g') + 4 tr(C R_h C R_g') is one form of g and of g + 2 h.
+    curvature = np.sqrt(0.5) * np.concatenate([-expanded.curvature, asked.curvatures])
+    return product_spectrum(frequency, slow, curvature, slow + 2.0 * waves)
 
 
 def _mean_loads(

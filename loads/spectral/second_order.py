@@ -12,7 +12,7 @@ Eq. (3) takes the first-order loads of diffraction and drag together.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from tlpsim.loads.hydro.drift import Kernel, Waves
 from tlpsim.loads.spectral.bispectral import BispectralMatrix, difference_spectrum, quadratic, sum_spectrum
-from tlpsim.loads.spectral.products import Products
+from tlpsim.loads.spectral.compiled import interpolated
+from tlpsim.loads.spectral.products import Products, joined
 from tlpsim.loads.spectral.wave_grid import WaveGrid
 
 FloatArray = NDArray[np.float64]
@@ -40,12 +41,7 @@ class EvenSpectrum:
 
     def at(self, frequency: FloatArray) -> ComplexArray:
         """Linear in between, (m, k, k), at (m,) Hz."""
-        place = (frequency - self.first) / self.step
-        cell = np.clip(np.floor(place).astype(np.int64), 0, len(self.values) - 2)
-        inside = (place >= -_ROUNDING) & (place <= len(self.values) - 1 + _ROUNDING)
-        share = np.where(inside, place - cell, 0.0)[:, None, None]
-        found = (1.0 - share) * self.values[cell] + share * self.values[cell + 1]
-        return np.asarray(np.where(inside[:, None, None], found, 0.0))
+        return np.asarray(interpolated(self.values, (frequency - self.first) / self.step, _ROUNDING))
 
 
 def displaced_products(position: ComplexArray, force: ComplexArray, grid: WaveGrid) -> Products:
@@ -53,8 +49,9 @@ def displaced_products(position: ComplexArray, force: ComplexArray, grid: WaveGr
     sea = grid.sea
     gradient = -1j * sea.wavenumber * np.stack([np.cos(sea.heading), np.sin(sea.heading)])
     return Products(
-        first=np.repeat(position[:2], 6, axis=0),
-        second=(gradient[:, None] * force).reshape(12, -1),
+        processes=np.concatenate([position[:2], (gradient[:, None] * force).reshape(12, -1)]),
+        one=np.repeat([0, 1], 6),
+        other=np.arange(2, 14),
         weights=np.tile(np.eye(6), 2),
     )
 
@@ -64,7 +61,7 @@ def tether_products(position: ComplexArray, curvature: FloatArray) -> Products:
     rows, columns = np.triu_indices(6)
     weights = curvature[:, rows, columns] * np.where(rows == columns, 0.5, 1.0)
     kept = np.any(weights != 0.0, axis=0)
-    return Products(first=position[rows[kept]], second=position[columns[kept]], weights=weights[:, kept])
+    return Products(processes=position, one=rows[kept], other=columns[kept], weights=weights[:, kept])
 
 
 def drift_matrix(kernel: Kernel, grid: WaveGrid) -> ComplexArray:
@@ -76,47 +73,57 @@ def drift_matrix(kernel: Kernel, grid: WaveGrid) -> ComplexArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SecondOrder:
-    """What is of the second order in the waves, k quantities.
+    """What is of the second order in the waves.
 
     Attributes
     ----------
     products
-        By part, with weights (k, M).
+        Generalized forces by part, with weights (6, M).
     drift
-        Eq. (4), (k, N, N); None for no slow drift.
+        Eq. (4), (6, N, N); None for no slow drift.
+    further
+        Quantities beside the forces, with weights (q, M); None for none.
     """
 
     products: Mapping[str, Products]
     drift: ComplexArray | None
+    further: Products | None = None
 
 
-def matrices(parts: SecondOrder, grid: WaveGrid) -> dict[str, BispectralMatrix]:
-    """Decomposed bi-spectral matrices by part."""
-    found = {
-        name: quadratic(grid.frequency, each.first, each.second, each.weights) for name, each in parts.products.items()
-    }
+def matrices(parts: SecondOrder, grid: WaveGrid) -> Iterator[tuple[str, BispectralMatrix]]:
+    """Decomposed bi-spectral matrices of the forces by part, one at a time: those of many directions are large."""
+    for name, each in parts.products.items():
+        yield name, quadratic(grid.frequency, each)
     if parts.drift is not None:
         nothing = np.zeros_like(parts.drift)
-        found[SLOW_DRIFT] = BispectralMatrix(frequency=grid.frequency, difference=parts.drift, total=nothing)
-    return found
+        yield SLOW_DRIFT, BispectralMatrix(frequency=grid.frequency, difference=parts.drift, total=nothing)
 
 
 def whole(parts: SecondOrder, grid: WaveGrid) -> BispectralMatrix:
-    """Decomposed bi-spectral matrices of all parts together: those of one long list of products."""
-    products = list(parts.products.values())
-    found = quadratic(
-        grid.frequency,
-        np.concatenate([each.first for each in products]),
-        np.concatenate([each.second for each in products]),
-        np.concatenate([each.weights for each in products], axis=1),
+    """Decomposed bi-spectral matrices of the forces of all parts, those of one long list of products, and the further.
+
+    Shape (6 + q, N, N).
+    """
+    found = quadratic(grid.frequency, joined(*parts.products.values()))
+    if parts.drift is not None:
+        np.add(found.difference, parts.drift, out=found.difference)
+    return with_further(found, parts, grid)
+
+
+def with_further(forces: BispectralMatrix, parts: SecondOrder, grid: WaveGrid) -> BispectralMatrix:
+    """Matrices of forces with those of the further quantities after them."""
+    if parts.further is None or not len(parts.further.weights):
+        return forces
+    further = quadratic(grid.frequency, parts.further)
+    return BispectralMatrix(
+        frequency=grid.frequency,
+        difference=np.concatenate([forces.difference, further.difference]),
+        total=np.concatenate([forces.total, further.total]),
     )
-    if parts.drift is None:
-        return found
-    return BispectralMatrix(frequency=grid.frequency, difference=found.difference + parts.drift, total=found.total)
 
 
 def means(parts: SecondOrder, grid: WaveGrid) -> dict[str, FloatArray]:
-    """Means by part, (k,), of products as they stand."""
+    """Means of the forces by part, (6,), of products as they stand."""
     found = {
         name: each.weights @ (grid.step * np.einsum("mn,mn->m", each.first, each.second.conj()).real)
         for name, each in parts.products.items()

@@ -23,7 +23,7 @@ Wheeler's stretching the waves' drag is 6 to 10 % too large, of the order k² Va
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from tlpsim.loads.hydro.morison import divide, projection
 from tlpsim.loads.spectral.hermite import Expansion, SplashExpansion, expand, splash
 from tlpsim.loads.spectral.model import SpectralWaves
-from tlpsim.loads.spectral.products import Products, joined, no_products
+from tlpsim.loads.spectral.products import Products, joined, no_products, pairs
 from tlpsim.loads.spectral.wave_grid import WaveGrid
 from tlpsim.loads.waves.airy import travel, velocity_transfer
 from tlpsim.loads.waves.current import Current, current_velocity, uniform_current
@@ -190,13 +190,13 @@ def drag_rows(elements: DragElements, grid: WaveGrid) -> DragRows:
     place = elements.position
     arguments = (sea.angular_frequency, sea.wavenumber, sea.heading, sea.water_depth)
     pair = elements.projection[:, :, :3]
-    water = np.einsum("sad,sdn->san", pair, velocity_transfer(*arguments, place)) * grid.root
+    water = (pair @ velocity_transfer(*arguments, place)) * grid.root
     slope = None
     if np.any(elements.level > 0.0) and count:
         lower = place.copy()
         lower[:, 2] = np.maximum(place[:, 2] - _DIFFERENCE, -sea.water_depth)
         rise = np.maximum(place[:, 2] - lower[:, 2], _AT_SURFACE)
-        below = np.einsum("sad,sdn->san", pair, velocity_transfer(*arguments, lower)) * grid.root
+        below = (pair @ velocity_transfer(*arguments, lower)) * grid.root
         slope = -(elements.level / rise)[:, None, None] * (water - below)
     return DragRows(
         water=water,
@@ -217,7 +217,7 @@ def covariances(
     elements: DragElements, relative: ComplexArray, elevation: ComplexArray, step: float, slow: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Cov v (s, 2, 2) and Cov(v, r') (s, 2) from decomposed rows and the covariance (6, 6) of other velocities."""
-    within = step * np.einsum("san,sbn->sab", relative, relative.conj(), optimize=True).real
+    within = step * (relative @ relative.conj().swapaxes(1, 2)).real
     beside = np.einsum("sai,ij,sbj->sab", elements.projection, slow, elements.projection)
     return within + beside, step * np.einsum("san,sn->sa", relative, elevation.conj()).real
 
@@ -254,11 +254,15 @@ def expanded(
         r_0 of eq. (4), (p,) m.
     """
     under, surface = elements
-    piercing = expand(surface.current, covariance[1])
+    both = expand(np.concatenate([under.current, surface.current]), np.concatenate(covariance))
+    steady, piercing = (
+        Expansion(**{each.name: getattr(both, each.name)[part] for each in fields(Expansion)})
+        for part in (slice(len(under.current)), slice(len(under.current), None))
+    )
     return Drag(
         strips=under,
         surface=surface,
-        steady=expand(under.current, covariance[0]),
+        steady=steady,
         piercing=piercing,
         zone=splash(piercing, cross),
         rise=rise,
@@ -298,11 +302,17 @@ def linear_drag(drag: Drag) -> LinearDrag:
 
 def wave_loads(linear: LinearDrag, under: DragRows, surface: DragRows) -> ComplexArray:
     """Loads X eta of eq. (2) as decomposed functions, (6, N)."""
-    force = np.einsum("sia,san->in", linear.on_water, under.water, optimize=True)
-    force += np.einsum("sia,san->in", linear.on_surface_water, surface.water, optimize=True)
-    return np.asarray(
-        force + linear.on_elevation.T @ under.elevation + linear.on_surface_elevation.T @ surface.elevation
+    parts = (
+        (linear.on_water, under.water),
+        (linear.on_surface_water, surface.water),
+        (linear.on_elevation, under.elevation),
+        (linear.on_surface_elevation, surface.elevation),
     )
+    force = np.zeros((6, under.elevation.shape[1]), dtype=np.complex128)
+    for factor, row in parts:
+        flat = factor.swapaxes(0, 1).reshape(6, -1)
+        force += flat @ row.reshape(flat.shape[1], -1) if flat.size else 0.0
+    return force
 
 
 def viscous_products(drag: Drag, relative: ComplexArray) -> Products:
@@ -316,7 +326,7 @@ def following_products(drag: Drag, elevation: ComplexArray, rows: DragRows) -> P
     if rows.slope is not None:
         weights = _loads(drag.strips, drag.steady.linear)
         for axis in range(2):
-            found = joined(found, Products(elevation, rows.slope[:, axis], weights[:, :, axis].T))
+            found = joined(found, pairs(elevation, rows.slope[:, axis], weights[:, :, axis].T))
     return found
 
 
@@ -324,20 +334,21 @@ def splash_products(drag: Drag, relative: ComplexArray, elevation: ComplexArray)
     """Quadratic terms of the pieces at the surface, eq. (5)."""
     surface = drag.surface
     square = drag.zone.quadratic + drag.rise[:, None, None, None] * drag.piercing.quadratic
-    found = squares(_loads(surface, square), relative)
-    weights = _loads(surface, drag.zone.product)
-    for axis in range(2):
-        found = joined(found, Products(elevation, relative[:, axis], weights[:, :, axis].T))
-    return found
+    products = _loads(surface, drag.zone.product)
+    return joined(
+        squares(_loads(surface, square), relative),
+        *(pairs(elevation, relative[:, axis], products[:, :, axis].T) for axis in range(2)),
+    )
 
 
 def squares(weights: FloatArray, relative: ComplexArray) -> Products:
     """Products of both velocities of each element for weights (s, 6, 2, 2)."""
     if not np.any(weights):
         return no_products(relative.shape[2], weights.shape[1])
-    first, second = relative[:, 0], relative[:, 1]
+    first = 2 * np.arange(len(relative))
     return Products(
-        np.concatenate([first, first, second]),
-        np.concatenate([first, second, second]),
+        relative.reshape(-1, relative.shape[2]),
+        np.concatenate([first, first, first + 1]),
+        np.concatenate([first, first + 1, first + 1]),
         np.concatenate([weights[:, :, 0, 0], weights[:, :, 0, 1] + weights[:, :, 1, 0], weights[:, :, 1, 1]]).T,
     )

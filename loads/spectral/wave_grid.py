@@ -118,3 +118,22 @@ def wave_grid(waves: SpectralWaves, step: float, band: tuple[float, float] = (0.
         omega=omega,
         root=np.sqrt(np.outer(directions.share, density)).ravel(),
     )
+
+
+def part_of(grid: WaveGrid, frequencies: slice) -> WaveGrid:
+    """Some of the frequencies of a grid, with all of their directions."""
+    count = len(grid.frequency)
+    chosen = (count * np.arange(grid.order)[:, None] + np.arange(count)[frequencies]).ravel()
+    return WaveGrid(
+        frequency=grid.frequency[frequencies],
+        step=grid.step,
+        sea=GridSea(
+            angular_frequency=grid.sea.angular_frequency[chosen],
+            wavenumber=grid.sea.wavenumber[chosen],
+            heading=grid.sea.heading[chosen],
+            water_depth=grid.sea.water_depth,
+            gravity=grid.sea.gravity,
+        ),
+        omega=grid.omega[chosen],
+        root=grid.root[chosen],
+    )

@@ -50,6 +50,11 @@ class Group:
     rows: NDArray[np.int64]
     state: NDArray[np.int64]
 
+    @property
+    def occurs(self) -> NDArray[np.bool_]:
+        """Rows of sea states with a probability above 0, (r,)."""
+        return np.asarray(self.states.probability[self.state] > 0.0)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outlook:
@@ -138,7 +143,7 @@ def _extremes(table: SweepTable, group: Group) -> Iterator[LongTermExtreme]:
 
 def _extreme(table: SweepTable, group: Group, signal: str, sign: float) -> Iterator[LongTermExtreme]:
     law = _law(table, group, signal, sign)
-    if np.any(law.known):
+    if np.any(law.known & group.occurs):
         yield long_term_extreme(
             group.states,
             law,
@@ -171,7 +176,7 @@ def _fatigue(table: SweepTable, group: Group) -> Iterator[LongTermFatigue]:
     found = []
     for signal in _signals(table, "damage_equivalent_range"):
         ranges = table.statistic(signal, "damage_equivalent_range")[group.rows]
-        if not np.any(np.isfinite(ranges)):
+        if not np.any(np.isfinite(ranges) & group.occurs):
             continue
         forces = table.units[signal] == "N"
         found.append(

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.scenarios.problems import dotted
@@ -21,6 +21,9 @@ from tlpsim.scenarios.schema import Scenario, with_absolute_paths
 from tlpsim.scenarios.sweep.axes import Axis, Row, axes, combinations, followed
 from tlpsim.scenarios.sweep.identity import case_key, job_key, record_seeds
 from tlpsim.scenarios.sweep.sections import Domain, KeyPath, SweepFile, beside, key_path
+
+if TYPE_CHECKING:
+    from tlpsim.scenarios.sweep.table import SweepTable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -200,6 +203,12 @@ class Sweep:
             told in its `Case`.
         """
         return _plan(self)
+
+    def run(self, folder: str | Path, **options: Any) -> SweepTable:
+        """Do it, with the options of `tlpsim.scenarios.sweep.execution.run_sweep`, and give its summary."""
+        from tlpsim.scenarios.sweep.execution import run_sweep
+
+        return run_sweep(self, folder, **options)
 
     def scenario(self, case: Case, job: Job | None = None) -> Scenario:
         """Scenario of a case, with the seeds of a job of it.

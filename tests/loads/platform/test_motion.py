@@ -328,11 +328,11 @@ def test_a_platform_turned_with_its_anchors_and_loads_moves_alike(turn: float, r
     for angle, change in ((0.0, np.eye(3)), (turn, rotation)):
         memory = AnisotropicMemory(recursive=recursive)
         model = PlatformModel(body=body, tendons=whole, linear_damping=damping, memory=memory)
+        state = initial_state(model, REST, REST, REST)
         # Anchors that are turned after the lines have got their lengths.
         lines = model.arrays[2].copy()
         lines[:, 3:6] = whole.anchors @ change.T
         object.__setattr__(model, "arrays", (*model.arrays[:2], lines, *model.arrays[3:]))
-        state = initial_state(model, REST, REST, REST)
         state.position[5] = angle
         poses = []
         for n in range(600):

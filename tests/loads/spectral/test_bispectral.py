@@ -18,6 +18,7 @@ from tlpsim.loads.spectral.bispectral import (
     sum_spectrum,
 )
 from tlpsim.loads.spectral.decomposition import DecomposedSpectrum, covariance, cross_spectrum
+from tlpsim.loads.spectral.products import pairs
 
 STEP = 0.02  # Hz
 
@@ -38,7 +39,7 @@ class Case:
             for _ in range(2)
         )
         self.weights = rng.normal(size=(quantities, products))
-        self.matrix = quadratic(self.frequency, columns(self.x), columns(self.y), self.weights)
+        self.matrix = quadratic(self.frequency, pairs(columns(self.x), columns(self.y), self.weights))
 
 
 cases = st.builds(
@@ -160,7 +161,7 @@ def test_the_square_of_band_limited_white_noise():
     count = 40
     frequency = STEP * (100 + np.arange(count))
     one = np.ones((1, count), dtype=complex)
-    square = quadratic(frequency, one, one, np.ones((1, 1)))
+    square = quadratic(frequency, pairs(one, one, np.ones((1, 1))))
     variance = count * STEP
     differences, slow = difference_spectrum(square)
     sums, fast = sum_spectrum(square)
@@ -175,14 +176,14 @@ def test_the_square_of_band_limited_white_noise():
 def test_the_same_factor_twice_needs_no_second_array():
     case = Case(4)
     x = columns(case.x)
-    once, twice = (quadratic(case.frequency, x, other, case.weights) for other in (x, x.copy()))
+    once, twice = (quadratic(case.frequency, pairs(x, other, case.weights)) for other in (x, x.copy()))
     assert once.difference == pytest.approx(twice.difference, abs=1e-13)
     assert once.total == pytest.approx(twice.total, abs=1e-13)
 
 
 def test_no_products_leave_nothing():
     nothing = np.zeros((0, 14), dtype=complex)
-    empty = quadratic(STEP * np.arange(7), nothing, nothing, np.zeros((3, 0)))
+    empty = quadratic(STEP * np.arange(7), pairs(nothing, nothing, np.zeros((3, 0))))
     assert np.array_equal(mean(empty), np.zeros(3))
 
 
@@ -193,7 +194,7 @@ def test_a_unitary_turn_of_the_sources_changes_nothing(seed):
     rng = np.random.default_rng(seed)
     turn = np.linalg.qr(random_columns(rng, len(case.frequency), 2, 2))[0]
     turned = [columns(DecomposedSpectrum(frequency=a.frequency, function=a.function @ turn)) for a in (case.x, case.y)]
-    other = quadratic(case.frequency, *turned, case.weights)
+    other = quadratic(case.frequency, pairs(*turned, case.weights))
     assert np.abs(case.matrix.difference - other.difference).max() > 1e-3
     assert mean(other) == pytest.approx(mean(case.matrix), rel=1e-11, abs=1e-12)
     for spectrum in (difference_spectrum, sum_spectrum):
@@ -224,7 +225,7 @@ def test_a_delay_of_both_factors_is_a_delay_of_the_product():
     delay = 3.1
     late = np.exp(-2j * np.pi * case.frequency * delay)[:, None, None] * np.eye(3)
     factors = (columns(a.through(late)) for a in (case.x, case.y))
-    expected = quadratic(case.frequency, *factors, case.weights)
+    expected = quadratic(case.frequency, pairs(*factors, case.weights))
     phases = [
         np.exp(-2j * np.pi * frequency * delay)[:, None, None] * np.eye(2)
         for frequency in (case.matrix.difference_frequency, case.matrix.total_frequency)
@@ -237,7 +238,7 @@ def test_a_delay_of_both_factors_is_a_delay_of_the_product():
 def test_matrices_of_coherent_quantities_add():
     case = Case(6)
     x, y = columns(case.x), columns(case.y)
-    parts = [quadratic(case.frequency, x[m : m + 1], y[m : m + 1], case.weights[:, m : m + 1]) for m in range(3)]
+    parts = [quadratic(case.frequency, pairs(x[m : m + 1], y[m : m + 1], case.weights[:, m : m + 1])) for m in range(3)]
     found = add(add(parts[0], parts[1]), parts[2])
     assert found.difference == pytest.approx(case.matrix.difference, abs=1e-13)
     assert found.total == pytest.approx(case.matrix.total, abs=1e-13)
@@ -262,10 +263,10 @@ def test_frequencies_whose_differences_and_sums_fall_off_the_grid_are_refused(fr
 def test_refusals():
     case = Case(3)
     x, y = columns(case.x), columns(case.y)
-    with pytest.raises(ScenarioError, match=r"must be \(M, N\), \(M, N\) and \(q, M\)"):
-        quadratic(case.frequency, x, y[:2], case.weights)
+    with pytest.raises(ScenarioError, match=r"must be \(G, N\), \(M,\), \(M,\) and \(q, M\)"):
+        quadratic(case.frequency, pairs(x, y[:2], case.weights))
     with pytest.raises(ScenarioError, match="a multiple of the 7 frequencies"):
-        quadratic(case.frequency, x[:, 1:], y[:, 1:], case.weights)
+        quadratic(case.frequency, pairs(x[:, 1:], y[:, 1:], case.weights))
     with pytest.raises(ScenarioError, match="a multiple of the 7 frequencies"):
         BispectralMatrix(frequency=case.frequency, difference=case.matrix.difference, total=case.matrix.total[:1])
     with pytest.raises(ScenarioError, match="cannot be added"):

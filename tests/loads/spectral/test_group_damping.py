@@ -16,6 +16,7 @@ from tlpsim.loads.spectral.group_damping import (
 )
 from tlpsim.loads.spectral.model import SpectralWaves
 from tlpsim.loads.spectral.problem import SeaOnGrid, sea_on_grid
+from tlpsim.loads.spectral.products import pairs
 from tlpsim.loads.waves.current import Current, uniform_current
 from tlpsim.loads.waves.sea import SeaState
 
@@ -61,7 +62,7 @@ def test_damping_and_load_by_the_cumulants_of_quadratic_forms() -> None:
     grid, rng = sea.grid, np.random.default_rng(4)
     count = len(grid.frequency)
     rows = rng.normal(size=(2, count, 2)) @ np.array([1.0, 1.0j]) * grid.root
-    forces = quadratic(grid.frequency, rows, rows, 1e5 * rng.normal(size=(6, 2))).difference
+    forces = quadratic(grid.frequency, pairs(rows, rows, 1e5 * rng.normal(size=(6, 2)))).difference
     gain = np.diag([1e-6, 2e-6, 0.0, 0.0, 0.0, 3e-6])
     response = np.tile(gain, (count, 1, 1)).astype(np.complex128)
     velocities = [form(np.tensordot(gain[i], forces, axes=1), grid.step) for i in PLANE]

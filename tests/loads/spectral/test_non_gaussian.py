@@ -11,7 +11,7 @@ from tlpsim.loads.hydro.drift import Waves
 from tlpsim.loads.hydro.issc_members import issc_members
 from tlpsim.loads.spectral.cumulants import cumulants, from_waves
 from tlpsim.loads.spectral.dynamics import transfer
-from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, converged, second_order, wave_motion
+from tlpsim.loads.spectral.iteration import Expanded, FirstOrder, converged, first_transfer, second_order, wave_motion
 from tlpsim.loads.spectral.model import SpectralModel, SpectralWaves
 from tlpsim.loads.spectral.non_gaussian import higher_cumulants
 from tlpsim.loads.spectral.outputs import outputs
@@ -54,7 +54,7 @@ def test_waves_alone_by_the_matrices_of_the_response(directions: int) -> None:
     found = higher_cumulants(problem, expanded, FREQUENCY, (NOTHING, NOTHING), rows, curvatures)
     sea = problem.groups
     assert sea is not None
-    position, force = wave_motion(sea, problem, expanded)
+    position, force = wave_motion(sea, expanded, first_transfer(sea.grid.frequency, problem, expanded))
     first = FirstOrder(waves=position, force=force, gusts=None)
     forces = whole(second_order(sea, expanded, first, asked.curvatures), sea.grid)
     operators = []

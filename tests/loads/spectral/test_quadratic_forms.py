@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.spectral.bispectral import columns, difference_spectrum, quadratic, sum_spectrum
 from tlpsim.loads.spectral.decomposition import DecomposedSpectrum, beside, cross_spectrum
+from tlpsim.loads.spectral.products import pairs
 from tlpsim.loads.spectral.quadratic_forms import product_spectrum, square_spectrum
 
 STEP = 0.05  # Hz
@@ -26,9 +27,7 @@ def by_matrices(g, h, forms):
     g, h = (columns(DecomposedSpectrum(frequency=a.frequency, function=a.function * half)) for a in (g, h))
     matrix = quadratic(
         STEP * np.arange(len(half)),
-        np.repeat(g, len(h), axis=0),
-        np.tile(h, (len(g), 1)),
-        forms.reshape(len(forms), -1),
+        pairs(np.repeat(g, len(h), axis=0), np.tile(h, (len(g), 1)), forms.reshape(len(forms), -1)),
     )
     spectrum = sum_spectrum(matrix)[1]
     spectrum[0] *= 2.0  # zero and zero: +0 and -0 are one frequency

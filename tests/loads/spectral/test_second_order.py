@@ -11,7 +11,7 @@ from tlpsim.loads.hydro.issc_members import issc_members
 from tlpsim.loads.hydro.morison import inertia_transfer
 from tlpsim.loads.spectral.bispectral import mean
 from tlpsim.loads.spectral.model import SpectralWaves
-from tlpsim.loads.spectral.products import Products, joined, no_products
+from tlpsim.loads.spectral.products import joined, no_products, pairs
 from tlpsim.loads.spectral.second_order import (
     SLOW_DRIFT,
     EvenSpectrum,
@@ -125,7 +125,7 @@ def test_tethers_are_an_exact_quadratic_form() -> None:
     expected = 0.5 * np.einsum("qij,ij->q", curvature, covariance)
     parts = SecondOrder(products={"tethers": products}, drift=None)
     np.testing.assert_allclose(means(parts, grid)["tethers"], expected, rtol=1e-9)
-    np.testing.assert_allclose(mean(matrices(parts, grid)["tethers"]), expected, rtol=1e-9)
+    np.testing.assert_allclose(mean(dict(matrices(parts, grid))["tethers"]), expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("state", [STATE, SPREAD], ids=["one direction", "two directions"])
@@ -140,7 +140,7 @@ def test_drift_has_the_mean_and_the_spectrum_of_its_own_sums(state: SeaState) ->
     ratio = density[:, :40] / expected.density[:, :40]
     np.testing.assert_allclose(ratio, 1.0, atol=5e-3)
     assert not found.total.values.any()
-    assert set(matrices(parts, grid)) == {"tethers", SLOW_DRIFT}
+    assert {name for name, _ in matrices(parts, grid)} == {"tethers", SLOW_DRIFT}
 
 
 def test_all_parts_together_are_coherent() -> None:
@@ -148,20 +148,20 @@ def test_all_parts_together_are_coherent() -> None:
     grid = grid_of(STATE, 4e-3)
     rows = smooth_rows(grid, 4)
     weights = np.random.default_rng(2).normal(size=(6, 2))
-    products = {"a": Products(rows[:2], rows[2:], weights), "b": Products(rows[:2], rows[2:], 0.5 * weights)}
+    products = {"a": pairs(rows[:2], rows[2:], weights), "b": pairs(rows[:2], rows[2:], 0.5 * weights)}
     parts = SecondOrder(products=products, drift=drift_matrix(kernel, grid) * 1e-3)
-    together, single = whole(parts, grid), matrices(parts, grid)
+    together, single = whole(parts, grid), dict(matrices(parts, grid))
     np.testing.assert_allclose(together.difference, sum(each.difference for each in single.values()), rtol=1e-9)
     np.testing.assert_allclose(together.total, sum(each.total for each in single.values()), rtol=1e-9)
     alone = SecondOrder(products=products, drift=None)
     both = spectra(whole(alone, grid), grid).difference.values
-    one = spectra(matrices(alone, grid)["a"], grid).difference.values
+    one = spectra(dict(matrices(alone, grid))["a"], grid).difference.values
     np.testing.assert_allclose(both, 2.25 * one, rtol=1e-9, atol=1e-12 * np.abs(both).max())
 
 
 def test_products_are_joined_in_order() -> None:
     rows = np.arange(12.0).reshape(3, 4) + 0j
-    one, none = Products(rows, 2.0 * rows, np.ones((6, 3))), no_products(4)
+    one, none = pairs(rows, 2.0 * rows, np.ones((6, 3))), no_products(4)
     for both in (joined(one, none), joined(none, one)):
         np.testing.assert_array_equal(both.first, rows)
         np.testing.assert_array_equal(both.weights, one.weights)

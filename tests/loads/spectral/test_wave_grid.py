@@ -12,7 +12,7 @@ from tlpsim.loads.errors import ScenarioError
 from tlpsim.loads.hydro.issc_members import issc_members
 from tlpsim.loads.spectral.model import SpectralWaves
 from tlpsim.loads.spectral.problem import LONGEST_WAVE_STEP, MOST_COMPONENTS, WAVE_STEP, wave_step
-from tlpsim.loads.spectral.wave_grid import acting_density, equivalent_width, wave_grid
+from tlpsim.loads.spectral.wave_grid import acting_density, equivalent_width, part_of, wave_grid
 from tlpsim.loads.waves.airy import wavenumber
 from tlpsim.loads.waves.current import uniform_current
 from tlpsim.loads.waves.sea import SeaState
@@ -126,3 +126,20 @@ def test_a_regular_wave_has_no_spectrum_to_follow() -> None:
     state = SeaState(table=table, significant_height=1.0, water_depth=450.0)
     with pytest.raises(ScenarioError, match=r"spectrum of the waves is .* Hz wide, less than 0\.002 Hz"):
         wave_step(SpectralWaves(state=state, members=MEMBERS))
+
+
+@pytest.mark.parametrize("doppler", [False, True])
+def test_parts_of_a_grid_are_its_components(doppler: bool) -> None:
+    """Blocks of frequencies of three directions, put side by side, are the whole."""
+    current = uniform_current(0.8, 1.0) if doppler else None
+    whole = wave_grid(waves(replace(STATE, directions=3), current=current, doppler=doppler), 2e-3)
+    count = len(whole.frequency)
+    parts = [part_of(whole, slice(first, first + 50)) for first in range(0, count, 50)]
+    assert len(parts) > 2
+    np.testing.assert_array_equal(np.concatenate([each.frequency for each in parts]), whole.frequency)
+    for name in ("angular_frequency", "wavenumber", "heading"):
+        together = [getattr(each.sea, name).reshape(3, -1) for each in parts]
+        np.testing.assert_array_equal(np.concatenate(together, axis=1).ravel(), getattr(whole.sea, name))
+    for name in ("omega", "root"):
+        together = [getattr(each, name).reshape(3, -1) for each in parts]
+        np.testing.assert_array_equal(np.concatenate(together, axis=1).ravel(), getattr(whole, name))
