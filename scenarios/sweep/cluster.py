@@ -7,8 +7,10 @@ this process, whatever ends that, and is started again when it dies.
 from __future__ import annotations
 
 import logging
+import multiprocessing
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from tempfile import TemporaryDirectory
 
 import dask
 from distributed import Client, LocalCluster
@@ -60,21 +62,29 @@ def connected(workers: int | None = None, scheduler: str | None = None) -> Itera
 
 @contextmanager
 def _local(workers: int) -> Iterator[Client]:
-    with deaf():  # Ctrl-C goes to this process only
-        cluster = LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        )
-        client = Client(cluster)
-    try:
-        yield client
-    finally:
-        with deaf(), suppress(Exception):
-            client.close(timeout=_CLOSE)
-            cluster.close(timeout=_CLOSE)
+    others = set(multiprocessing.active_children())
+    with TemporaryDirectory(prefix="tlpsim-workers-", ignore_cleanup_errors=True) as scratch:
+        with deaf():  # Ctrl-C goes to this process only
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                local_directory=scratch,
+                silence_logs=logging.CRITICAL,
+            )
+            client = Client(cluster)
+        try:
+            yield client
+        finally:
+            with deaf(), suppress(Exception):
+                # A worker that is busy would be waited for, and what it does is wanted no more.
+                for nanny in cluster.workers.values():
+                    nanny.auto_restart = False
+                for process in set(multiprocessing.active_children()) - others:
+                    process.kill()
+                client.close(timeout=_CLOSE)
+                cluster.close(timeout=_CLOSE)
 
 
 @contextmanager
