@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import csv
 import itertools
+import json
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -168,9 +170,11 @@ def _latin_hypercube(given: LatinHypercube) -> Axis:
             share = np.cumsum(spread.probability or np.full(len(spread.values), 1.0 / len(spread.values)))
             chosen = np.minimum(np.searchsorted(share / share[-1], level, side="right"), len(spread.values) - 1)
             columns.append([spread.values[index] for index in chosen])
+    # Samples of a few discrete values may be the same: they are one row.
+    alike = Counter(json.dumps(values) for values in zip(*columns, strict=True))
     rows = tuple(
-        Row(settings=dict(zip(keys, values, strict=True)), probability=1.0 / given.samples)
-        for values in zip(*columns, strict=True)
+        Row(settings=dict(zip(keys, json.loads(values), strict=True)), probability=count / given.samples)
+        for values, count in alike.items()
     )
     return Axis(keys=tuple(keys), rows=rows, weighted=True)
 

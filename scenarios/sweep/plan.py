@@ -222,13 +222,14 @@ class Sweep:
 
 
 def _require_effect(sweep: Sweep, overrides: Sequence[str]) -> None:
-    """Refuse settings of keys that vary."""
-    for override in overrides:
-        settings = parse_override(override)
-        for key in _keys(sweep):
-            if _value(settings, key) is not None:
+    """Refuse settings of keys that every case has from elsewhere."""
+    everywhere = [key for axis in sweep.axes for key in axis.keys if all(key in row.settings for row in axis.rows)]
+    settings = [(f"override '{each}'", parse_override(each)) for each in overrides]
+    for where, given in ((f"{sweep.path}: set", sweep.file.settings), *settings):
+        for key in (*everywhere, *map(key_path, sweep.file.linked)):
+            if _value(given, key) is not None:
                 raise ScenarioError(
-                    f"override '{override}': {dotted(key)} varies in {sweep.path}, which goes over it: change it there"
+                    f"{where}: {dotted(key)} varies in {sweep.path}, which goes over it: leave it out here, or there"
                 )
 
 

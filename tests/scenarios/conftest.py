@@ -124,7 +124,7 @@ def client(monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
 
     with (
         dask.config.set({"distributed.admin.tick.limit": "1h"}),
-        LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as made,
     ):
 

@@ -211,7 +211,11 @@ def test_keys_that_no_scenario_has(key: str, told: str, refusal: Callable[..., s
 def test_an_override_of_a_key_that_varies(override: str, refusal: Callable[..., str]) -> None:
     message = refusal("[grid]\nwind.speed = [1, 2]", [override])
     assert "wind.speed varies in" in message
-    assert "change it there" in message
+    assert "leave it out here, or there" in message
+
+
+def test_a_common_setting_of_a_key_that_varies(refusal: Callable[..., str]) -> None:
+    assert "set: wind.speed varies in" in refusal("[set]\nwind.speed = 3\n[grid]\nwind.speed = [1, 2]")
 
 
 @pytest.mark.parametrize("override", ["wind.speeed=3", "wind", "=3"])
