@@ -13,6 +13,7 @@ import os
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -297,11 +298,16 @@ def _file_attributes(recording: Recording) -> dict[str, str | int]:
 
 def origin() -> dict[str, str]:
     """Attributes `versions` and `created` of a file that is written now."""
-    versions = {name: importlib.metadata.version(name) for name in _PACKAGES}
     return {
-        "versions": json.dumps(versions | {"python": platform.python_version()}),
+        "versions": _versions(),
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
+
+
+@cache
+def _versions() -> str:
+    versions = {name: importlib.metadata.version(name) for name in _PACKAGES}
+    return json.dumps(versions | {"python": platform.python_version()})
 
 
 def _one_line(reason: BaseException) -> str:

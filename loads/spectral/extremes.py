@@ -59,6 +59,8 @@ FloatArray = NDArray[np.float64]
 
 # Of u, for eq. (6). Beyond 12, exp(-u^2 / 2) is 5e-32.
 _GRID = np.linspace(-8.0, 12.0, 4001)
+_GRID_MIDDLE = 0.5 * (_GRID[1:] + _GRID[:-1])
+_GRID_NORMAL = ndtr(_GRID)
 # Of the way from a Gaussian response to the given skewness and kurtosis, for the solution of eq. (3).
 _FIRST_STEP, _SMALLEST_STEP = 0.25, 1e-4
 _NEWTON_STEPS, _TOLERANCE = 8, 1e-11
@@ -252,10 +254,11 @@ def hermite_transform(model: HermiteModel, variable: ArrayLike) -> FloatArray:
     u = np.asarray(variable, dtype=np.float64)
 
     def cubic(at: FloatArray) -> FloatArray:
-        return model.linear * at + model.quadratic * (at**2 - 1.0) + model.cubic * (at**3 - 3.0 * at)
+        slope = model.linear - 3.0 * model.cubic + at * (model.quadratic + model.cubic * at)
+        return at * slope - model.quadratic
 
-    middle = np.full_like(u, -model.quadratic)
-    highest, lowest = np.maximum(middle, cubic(u)), np.minimum(middle, cubic(u))
+    own = cubic(u)
+    highest, lowest = np.maximum(own, -model.quadratic), np.minimum(own, -model.quadratic)
     for turn in model.turning:
         value = cubic(np.asarray(turn))
         highest = np.where(u > turn, np.maximum(highest, value), highest) if turn > 0.0 else highest
@@ -348,8 +351,7 @@ def expected_extremes(
     deviation = math.sqrt(spectral_moments(frequency, density, (0,))[0])
     crossings = duration * zero_crossing_rate(frequency, density) / slope
     count = clump_count(_GRID, crossings, vanmarcke_bandwidth(frequency, density) if clumping else math.inf)
-    distribution = ndtr(_GRID) * np.exp(-count)
-    middle = 0.5 * (_GRID[1:] + _GRID[:-1])
+    distribution = _GRID_NORMAL * np.exp(-count)
     weight = np.diff(distribution)
     above = _GRID > 0.0
     once = float(np.interp(-1.0, -count[above], _GRID[above])) if count[above][0] > 1.0 else 0.0
@@ -357,7 +359,7 @@ def expected_extremes(
 
     def levels(side: float) -> tuple[float, float, float]:
         """Expected, most probable and fractile extreme of the side +1 or -1."""
-        expected = float(weight @ hermite_transform(model, side * middle))
+        expected = float(weight @ hermite_transform(model, side * _GRID_MIDDLE))
         probable, bound = hermite_transform(model, side * np.array([once, fractile]))
         return mean + deviation * expected, mean + deviation * float(probable), mean + deviation * float(bound)
 

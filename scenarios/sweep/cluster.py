@@ -24,8 +24,17 @@ DEATHS = 3
 """Of workers under one job, after which it has failed."""
 _CONNECT = "10s"
 _CLOSE = 3.0  # s
+_MEMORY = {
+    # Freed memory is kept for the next array: to give it back and get it again takes a job as long as to use it.
+    "MALLOC_ARENA_MAX": 1,
+    "MALLOC_MMAP_THRESHOLD_": 2**25,
+    "MALLOC_TRIM_THRESHOLD_": 2**29,
+}
 _SETTINGS = {
+    "distributed.nanny.pre-spawn-environ": _MEMORY | {f"{name}_NUM_THREADS": 1 for name in ("OMP", "MKL", "OPENBLAS")},
+    "distributed.admin.tick.interval": "1s",
     "distributed.worker.daemon": False,
+    "distributed.worker.profile.enabled": False,
     "distributed.scheduler.allowed-failures": DEATHS - 1,
     # A compiled loop may keep a worker from telling that it lives; where it died its connection says so.
     "distributed.scheduler.worker-ttl": None,
