@@ -237,7 +237,7 @@ def _kill(pid: int) -> None:
 
 def kills(quick: bool) -> Sequence[Row]:
     """SIGKILL of a worker, of the client and of the scheduler at random moments; then the same command again."""
-    rounds = 2 if quick else 10
+    rounds = 1 if quick else 5
     chance = random.Random(9)
     rows = []
     with _folder() as folder:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -12,10 +14,9 @@ from tlpsim.scenarios.problems import dotted
 from tlpsim.scenarios.report.sweep_words import signal_label
 from tlpsim.scenarios.report.words import display_unit
 from tlpsim.scenarios.spectral_tables import hours
-from tlpsim.scenarios.statistics.long_term import LongTermExtreme
-from tlpsim.scenarios.statistics.long_term_fatigue import LongTermFatigue
 from tlpsim.scenarios.statistics.records import Estimate
-from tlpsim.scenarios.sweep.outlook import Group, Outlook
+from tlpsim.scenarios.statistics.sea_states import Contribution
+from tlpsim.scenarios.sweep.outlook import Outlook
 from tlpsim.scenarios.sweep.plan import Plan, Sweep
 from tlpsim.scenarios.sweep.table import FAILED, SweepTable
 from tlpsim.scenarios.terminal import output, say
@@ -62,9 +63,25 @@ def print_sweep(table: SweepTable, found: Outlook) -> None:
         say(f"  and {failed - _MOST_ERRORS} more: see the column 'error' of the summary")
     _print_worst(table)
     _print_returns(table, found)
-    _print_fatigue(found)
-    for note in dict.fromkeys((*table.notes, *(note for _, each in found.extremes for note in each.notes))):
+    _print_fatigue(table, found)
+    for note in table.notes:
         say(f"note: {note}")
+    _print_notes(table, found)
+
+
+def _print_notes(table: SweepTable, found: Outlook) -> None:
+    """Each note of the long-term results once, with what it is of where that is not all of an alternative."""
+    owners: dict[tuple[str, str], list[str]] = {}
+    results: Counter[str] = Counter()
+    for group, each in found.extremes:
+        whose = _whose(table, group.variant, group.domain)
+        results[whose] += 1
+        side = "maximum" if each.sign > 0.0 else "minimum"
+        for note in each.notes:
+            owners.setdefault((whose, note), []).append(f"{signal_label(each.signal)} {side}")
+    for (whose, note), names in owners.items():
+        of = "" if len(names) == results[whose] else f" {', '.join(names)}:"
+        say(f"note: {whose}:{of} {note}")
 
 
 def _print_worst(table: SweepTable) -> None:
@@ -104,28 +121,37 @@ def _plain(value: Any) -> str:
 
 
 def _print_returns(table: SweepTable, found: Outlook) -> None:
-    if not found.extremes:
-        return
-    years = [each.years for each in found.extremes[0][1].returns]
-    several = len({(group.variant, group.domain) for group, _ in found.extremes}) > 1
-    shown = Table(title=f"long-term: levels passed once in so many years, by sea states of {hours(table.exposure)}")
-    for heading in ("", *(f"{each:g} years" for each in years), f"governs {years[-1]:g} years"):
-        shown.add_column(heading, justify="left" if heading.startswith("governs") else "right")
-    for group, each in found.extremes:
-        unit, factor = display_unit(each.signal, each.unit, each.level)
-        side = "maximum" if each.sign > 0.0 else "minimum"
-        which = f" ({group.domain}, variant {group.variant})" if several else ""
-        shown.add_row(
-            f"{signal_label(each.signal)} {side}{which}, {unit}",
-            *(_estimate(value.level, factor) for value in each.returns),
-            _governing(each),
-        )
-    output.print(shown)
+    """Return values, a table for each alternative and domain."""
+    for which, extremes in groupby(found.extremes, key=lambda each: (each[0].variant, each[0].domain)):
+        results = [each for _, each in extremes]
+        years = [each.years for each in results[0].returns]
+        say(f"long-term, {_whose(table, *which)}: what extremes of {hours(table.exposure)} pass once in so many years")
+        shown = Table()
+        for heading in ("", *map(_years, years), f"governs {_years(years[-1])}"):
+            shown.add_column(heading, justify="left" if heading.startswith("governs") else "right")
+        for each in results:
+            unit, factor = display_unit(each.signal, each.unit, each.level)
+            side = "maximum" if each.sign > 0.0 else "minimum"
+            shown.add_row(
+                f"{signal_label(each.signal)} {side}, {unit}",
+                *(_estimate(value.level, factor) for value in each.returns),
+                _governing(each.returns[-1].contributions),
+            )
+        output.print(shown)
 
 
-def _governing(each: LongTermExtreme) -> str:
-    first = each.returns[-1].contributions[:1]
-    return "; ".join(f"{share.name}: {100.0 * share.share:.0f} %" for share in first)
+def _years(count: float) -> str:
+    return f"{count:g} year" if count == 1.0 else f"{count:g} years"
+
+
+def _whose(table: SweepTable, variant: int, domain: str) -> str:
+    """Alternative and domain in words."""
+    settings = ", ".join(f"{key} {value}" for key, value in table.variants[variant].items())
+    return f"{settings}: {domain} domain" if settings else f"{domain} domain"
+
+
+def _governing(shares: Sequence[Contribution]) -> str:
+    return "; ".join(f"{first.name}: {100.0 * first.share:.0f} %" for first in shares[:1])
 
 
 def _estimate(value: Estimate, factor: float) -> str:
@@ -133,17 +159,12 @@ def _estimate(value: Estimate, factor: float) -> str:
     return text if np.isnan(value.low) else f"{text} ({factor * value.low:.4g}, {factor * value.high:.4g})"
 
 
-def _print_fatigue(found: Outlook) -> None:
+def _print_fatigue(table: SweepTable, found: Outlook) -> None:
     for group, each in found.fatigue:
-        say(_fatigue(group, each))
-
-
-def _fatigue(group: Group, each: LongTermFatigue) -> str:
-    unit, factor = display_unit(each.signal, each.unit, np.array([each.range_at_1_hz.value]))
-    damage = "" if each.damage is None else f", damage in {each.years:g} years {each.damage.value:.3g}"
-    first = each.contributions[0]
-    return (
-        f"fatigue of {signal_label(each.signal)} ({group.domain} domain, variant {group.variant}): range at 1 Hz "
-        f"{_estimate(each.range_at_1_hz, factor)} {unit} for m = {each.slope:g}{damage}; "
-        f"most of it in {first.name}: {100.0 * first.share:.0f} %"
-    )
+        unit, factor = display_unit(each.signal, each.unit, np.array([each.range_at_1_hz.value]))
+        damage = "" if each.damage is None else f", damage in {each.years:g} years {each.damage.value:.3g}"
+        say(
+            f"fatigue, {_whose(table, group.variant, group.domain)}: {signal_label(each.signal)}: range at 1 Hz "
+            f"{_estimate(each.range_at_1_hz, factor)} {unit} for m = {each.slope:g}{damage}; most of it by "
+            f"{_governing(each.contributions)}"
+        )

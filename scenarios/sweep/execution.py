@@ -111,25 +111,25 @@ def run_sweep(
         limited = sweep.file.time.worst is not None
         first = [job for job in plan.jobs if job.domain == "frequency" or not limited]
         more = min(sweep.file.time.worst or 0, len({job.case for job in first})) * sweep.file.replicates.records
+        jobs = first
         try:
             _do(work, first, client, progress, more if limited else 0, 0)
-            jobs = list(first)
             if limited:
-                chosen = worst_cases(work, first)
-                second = [job for job in plan.jobs if job.domain == "time" and job.case in chosen]
-                _do(work, second, client, progress, 0, len(first))
-                wanted = {job.key for job in (*first, *second)}
-                jobs = [job for job in plan.jobs if job.key in wanted]
-        except (CancelledError, CommClosedError, OSError) as error:
-            book.commit()
+                chosen = _worst_cases(work, first)
+                jobs = [job for job in plan.jobs if job.domain == "frequency" or job.case in chosen]
+                _do(work, [job for job in jobs if job.domain == "time"], client, progress, 0, len(first))
+        except (CancelledError, CommClosedError, TimeoutError) as error:
             done = len(book.errors([job.key for job in plan.jobs]))
             where = f"the scheduler {scheduler}" if scheduler else "the local cluster"
             raise SolverError(
                 f"{where} is gone ({type(error).__name__}); {done} jobs are done and kept in {folder}: start it again, "
                 "and the same command goes on"
             ) from None
-        table = summary_table(sweep, plan, jobs, book)
-    write_table(table, folder / NAME)
+        finally:
+            # Of an interrupted sweep, too: what is done can be looked at.
+            table = summary_table(sweep, plan, jobs, book)
+            if table.rows:
+                write_table(table, folder / NAME)
     return table
 
 
@@ -146,7 +146,7 @@ class _Work:
     retry_failed: bool
 
 
-def worst_cases(work: _Work, jobs: Sequence[Job]) -> set[int]:
+def _worst_cases(work: _Work, jobs: Sequence[Job]) -> set[int]:
     """Numbers of the cases that the sweep's `[time] by` says are the worst, of jobs of the frequency domain.
 
     Raises

@@ -55,6 +55,7 @@ def _extreme(group: Group, each: LongTermExtreme) -> LongTermFigures:
         contributions=_cases(group, last.contributions),
         governing_years=last.years,
         covered=each.covered,
+        notes=each.notes,
     )
 
 
@@ -69,6 +70,7 @@ def _fatigue(group: Group, each: LongTermFatigue) -> FatigueFigures:
         damage=math.nan if each.damage is None else each.damage.value,
         life=each.years,
         contributions=_cases(group, each.contributions),
+        notes=each.notes,
     )
 
 

@@ -195,6 +195,8 @@ def test_a_cluster_that_is_lost_keeps_what_is_done(
 
     with pytest.raises(SolverError, match=r"the local cluster is gone .* the same command goes on"):
         run_sweep(sweep(np.linspace(1.0, 9.0, 50).tolist()), tmp_path, progress=interrupted)
+    table = read_table(tmp_path)
+    assert 2 <= table.rows < table.planned == 50
 
 
 # Processes
