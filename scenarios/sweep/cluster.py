@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import dask
 from distributed import Client, LocalCluster
 
-from tlpsim.loads.errors import ScenarioError
+from tlpsim.loads.errors import ScenarioError, SolverError
 from tlpsim.scenarios.parallel import cores, deaf
 from tlpsim.scenarios.sweep.identity import program_version
 from tlpsim.scenarios.terminal import messages
@@ -24,6 +24,7 @@ DEATHS = 3
 """Of workers under one job, after which it has failed."""
 _CONNECT = "10s"
 _CLOSE = 3.0  # s
+_STARTS = 3  # of a local cluster, before it is given up
 _MEMORY = {
     # Freed memory is kept for the next array: to give it back and get it again takes a job as long as to use it.
     "MALLOC_ARENA_MAX": 1,
@@ -59,6 +60,8 @@ def connected(workers: int | None = None, scheduler: str | None = None) -> Itera
     ScenarioError
         When both are given, `workers` is less than 1, nothing answers at the address, or its workers have no tlpsim or
         another version.
+    SolverError
+        When the workers of a local cluster do not start.
     """
     if workers is not None and scheduler is not None:
         raise ScenarioError("--workers is for a local cluster: that of --scheduler has the workers that it has")
@@ -74,14 +77,7 @@ def _local(workers: int) -> Iterator[Client]:
     others = set(multiprocessing.active_children())
     with TemporaryDirectory(prefix="tlpsim-workers-", ignore_cleanup_errors=True) as scratch:
         with deaf():  # Ctrl-C goes to this process only
-            cluster = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address="127.0.0.1:0",
-                local_directory=scratch,
-                silence_logs=logging.CRITICAL,
-            )
+            cluster = _started(workers, scratch)
             client = Client(cluster)
         try:
             yield client
@@ -94,6 +90,31 @@ def _local(workers: int) -> Iterator[Client]:
                     process.kill()
                 client.close(timeout=_CLOSE)
                 cluster.close(timeout=_CLOSE)
+
+
+def _started(workers: int, scratch: str) -> LocalCluster:
+    """A local cluster; a worker that dies before it works is no reason to give up at once."""
+
+    def start() -> LocalCluster:
+        return LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="127.0.0.1:0",
+            local_directory=scratch,
+            silence_logs=logging.CRITICAL,
+        )
+
+    for _ in range(_STARTS - 1):
+        with suppress(RuntimeError):
+            return start()
+    try:
+        return start()
+    except RuntimeError as error:
+        raise SolverError(
+            f"the {workers} workers of the local cluster do not start ({' '.join(str(error).split())}): there may be too "
+            "little memory for as many; give fewer --workers"
+        ) from error
 
 
 @contextmanager
