@@ -112,8 +112,8 @@ def _started(workers: int, scratch: str) -> LocalCluster:
         return start()
     except RuntimeError as error:
         raise SolverError(
-            f"the {workers} workers of the local cluster do not start ({' '.join(str(error).split())}): there may be too "
-            "little memory for as many; give fewer --workers"
+            f"the {workers} workers of the local cluster do not start ({' '.join(str(error).split())}): there may be "
+            "too little memory for as many; give fewer --workers"
         ) from error
 
 

@@ -58,7 +58,7 @@ def test_what_a_sweep_comes_to(done: Path, command: Command) -> None:
     assert code == 0
     assert "Two heights: 2 cases, 2 jobs: 2 done, 0 failed" in out
     assert "significant_height 6: " in out  # governs
-    assert "fatigue of tension, tendon" in out
+    assert "fatigue, frequency domain: tension, tendon" in out
     code, out, _ = command("info", done, "--json")
     found = json.loads(out)
     assert (found["kind"], found["done"], found["failed"]) == ("sweep", 2, [])
