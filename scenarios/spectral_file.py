@@ -12,6 +12,10 @@ Layout, ``schema_version`` 1:
 - group ``modes``: ``name``, ``period`` and ``damping_ratio``, slowest first
 - ``iterations``, and group ``seconds``, the wall time by step of the analysis
 
+A compact file, as a sweep leaves one for each case, has what the groups ``quantities`` and ``contributions`` hold as a
+dataset each, (q, n) and (c, n, 6), in single precision; their names and the other attributes are arrays, with an entry
+a row.
+
 Other files hold a response, too, in a group of this layout: see `write_response` and `read_response`.
 """
 
@@ -34,15 +38,16 @@ from tlpsim.scenarios.schema import Scenario
 
 FORMAT = "tlpsim spectral response"
 SCHEMA_VERSION = 1
+_STATISTICS = ("mean", "skewness", "excess_kurtosis")
 
 
-def write_spectral(response: SpectralResponse, scenario: Scenario, path: str | Path, *, single: bool = False) -> None:
+def write_spectral(response: SpectralResponse, scenario: Scenario, path: str | Path, *, compact: bool = False) -> None:
     """Write a response with its scenario; the file is there when it is complete.
 
     Parameters
     ----------
-    single
-        Whether spectra are kept in single precision, which takes half of the room.
+    compact
+        Whether spectra are kept together and in single precision, which takes half of the room and a sixth of the time.
 
     Raises
     ------
@@ -51,7 +56,7 @@ def write_spectral(response: SpectralResponse, scenario: Scenario, path: str | P
     """
     with whole_file(path, "the response") as part, h5py.File(part, "w") as file:
         file.attrs.update(head(FORMAT, SCHEMA_VERSION, scenario))
-        write_response(file, response, single=single)
+        write_response(file, response, compact=compact)
 
 
 def read_spectral(path: str | Path) -> SpectralResponse:
@@ -113,27 +118,12 @@ def opened(path: str | Path, form: str, version: int, command: str) -> Iterator[
         raise ScenarioError(f"{path}: cannot be read as {form} ({error}); {remedy}") from None
 
 
-def write_response(group: h5py.Group, response: SpectralResponse, *, single: bool = False) -> None:
-    """Put a response into a file or a group of it; `single` as of `write_spectral`."""
-
-    def spectrum(parent: h5py.Group, name: str, data: NDArray[Any]) -> h5py.Dataset:
-        short = np.complex64 if np.iscomplexobj(data) else np.float32
-        return parent.create_dataset(name, data=data.astype(short) if single else data)
-
+def write_response(group: h5py.Group, response: SpectralResponse, *, compact: bool = False) -> None:
+    """Put a response into a file or a group of it; `compact` as of `write_spectral`."""
     scale = group.create_dataset("frequency", data=response.frequency)
     scale.attrs["units"] = "Hz"
     scale.make_scale("frequency")
-    quantities = group.create_group("quantities", track_order=True)
-    for name, quantity in response.quantities.items():
-        dataset = spectrum(quantities, name, quantity.density)
-        dataset.attrs.update({"units": quantity.unit, "density_units": f"({quantity.unit})²/Hz"})
-        for statistic in ("mean", "skewness", "excess_kurtosis"):
-            dataset.attrs[statistic] = getattr(quantity, statistic)
-        dataset.dims[0].attach_scale(scale)
-    spectrum(group, "cross_spectrum", response.cross_spectrum).dims[0].attach_scale(scale)
-    contributions = group.create_group("contributions", track_order=True)
-    for name, data in response.contributions.items():
-        spectrum(contributions, name, data)
+    (_write_compact if compact else _write_each)(group, response)
     for name in ("mean_loads", "seconds"):
         values: Mapping[str, Any] = getattr(response, name)
         parts = group.create_group(name, track_order=True)
@@ -148,25 +138,67 @@ def write_response(group: h5py.Group, response: SpectralResponse, *, single: boo
     group.create_dataset("iterations", data=np.array(response.iterations))
 
 
+def _write_each(group: h5py.Group, response: SpectralResponse) -> None:
+    """A dataset for each spectrum."""
+    scale = group["frequency"]
+    quantities = group.create_group("quantities", track_order=True)
+    for name, quantity in response.quantities.items():
+        dataset = quantities.create_dataset(name, data=quantity.density)
+        dataset.attrs.update({"units": quantity.unit, "density_units": f"({quantity.unit})²/Hz"})
+        for statistic in _STATISTICS:
+            dataset.attrs[statistic] = getattr(quantity, statistic)
+        dataset.dims[0].attach_scale(scale)
+    group.create_dataset("cross_spectrum", data=response.cross_spectrum).dims[0].attach_scale(scale)
+    contributions = group.create_group("contributions", track_order=True)
+    for name, data in response.contributions.items():
+        contributions.create_dataset(name, data=data)
+
+
+def _write_compact(group: h5py.Group, response: SpectralResponse) -> None:
+    """All spectra of a kind as one dataset."""
+    every = list(response.quantities.values())
+    quantities = group.create_dataset("quantities", data=np.array([each.density for each in every], dtype=np.float32))
+    quantities.attrs["name"] = list(response.quantities)
+    quantities.attrs["units"] = [each.unit for each in every]
+    for statistic in _STATISTICS:
+        quantities.attrs[statistic] = np.array([getattr(each, statistic) for each in every])
+    group.create_dataset("cross_spectrum", data=response.cross_spectrum.astype(np.complex64))
+    parts = np.array(list(response.contributions.values()), dtype=np.float32)
+    contributions = group.create_dataset("contributions", data=parts)
+    contributions.attrs["name"] = list(response.contributions)
+
+
+def _rows(data: h5py.Group | h5py.Dataset) -> Iterator[tuple[str, NDArray[np.float64], Mapping[str, Any]]]:
+    """Name, spectrum and attributes of each of a kind, of either layout."""
+    if isinstance(data, h5py.Group):
+        for name, dataset in data.items():
+            yield name, np.asarray(dataset, dtype=np.float64), dataset.attrs
+        return
+    attributes = {key: data.attrs[key] for key in data.attrs if len(data.attrs[key]) == len(data)}
+    for k, row in enumerate(np.asarray(data, dtype=np.float64)):
+        own = {key: values[k] for key, values in attributes.items()}
+        yield str(own["name"]), row, own
+
+
 def read_response(group: h5py.Group) -> SpectralResponse:
     """Response in a file or a group of it."""
     frequency = np.asarray(group["frequency"])
-    quantities = {}
-    for name, dataset in group["quantities"].items():
-        attributes = dataset.attrs
-        quantities[name] = Quantity(
+    quantities = {
+        name: Quantity(
             name=name,
             unit=str(attributes["units"]),
             frequency=frequency,
-            density=np.asarray(dataset, dtype=np.float64),
-            **{key: float(attributes[key]) for key in ("mean", "skewness", "excess_kurtosis")},
+            density=density,
+            **{key: float(attributes[key]) for key in _STATISTICS},
         )
+        for name, density, attributes in _rows(group["quantities"])
+    }
     columns = zip(*(group["modes"][name][()] for name in ("name", "period", "damping_ratio")), strict=True)
     return SpectralResponse(
         frequency=frequency,
         quantities=quantities,
         cross_spectrum=np.asarray(group["cross_spectrum"], dtype=np.complex128),
-        contributions={name: np.asarray(data, dtype=np.float64) for name, data in group["contributions"].items()},
+        contributions={name: density for name, density, _ in _rows(group["contributions"])},
         mean_loads={name: np.asarray(data) for name, data in group["mean_loads"].items()},
         mean_position=np.asarray(group["mean_position"]),
         modes=tuple(

@@ -214,7 +214,7 @@ def _frequency(order: Order, scenario: Scenario, path: Path) -> _Row:
 
     response = spectral_response(scenario)
     if order.file:
-        write_spectral(response, scenario, path, single=True)
+        write_spectral(response, scenario, path, compact=True)
     named = {PLATFORM + name: quantity for name, quantity in response.quantities.items()}
     chosen = matching_names(list(named), order.statistics.signals)
     if not chosen:

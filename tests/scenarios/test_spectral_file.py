@@ -120,3 +120,22 @@ def test_worst_tendons_are_told_by_end(fake_response: Callable[..., SpectralResp
     assert top["1"].maximum > top["2"].maximum
     assert top["2"].minimum < top["1"].minimum
     assert worst_tendons(dataclasses.replace(fake_response(), quantities={}), "top", 10800.0) == {}
+
+
+def test_a_compact_file_has_the_same_in_single_precision(
+    tmp_path: Path, fake_response: Callable[..., SpectralResponse]
+) -> None:
+    response, path = fake_response(), tmp_path / "compact.h5"
+    write_spectral(response, Scenario(title="Short"), path, compact=True)
+    found = read_spectral(path)
+    assert list(found.quantities) == list(response.quantities)
+    for name, quantity in response.quantities.items():
+        kept = found.quantities[name]
+        assert (kept.unit, kept.mean, kept.skewness) == (quantity.unit, quantity.mean, quantity.skewness)
+        # Half of the last of 24 binary digits; where a density is tiny, of the smallest number instead.
+        np.testing.assert_allclose(kept.density, quantity.density, rtol=2**-24, atol=2**-149)
+    assert list(found.contributions) == list(response.contributions)
+    for name, density in response.contributions.items():
+        np.testing.assert_allclose(found.contributions[name], density, rtol=2**-24, atol=2**-149)
+    np.testing.assert_allclose(found.cross_spectrum, response.cross_spectrum, rtol=2**-23, atol=2**-148)
+    same(found.modes, response.modes)
