@@ -118,7 +118,9 @@ def run_sweep(
                 chosen = _worst_cases(work, first)
                 jobs = [job for job in plan.jobs if job.domain == "frequency" or job.case in chosen]
                 _do(work, [job for job in jobs if job.domain == "time"], client, progress, 0, len(first))
-        except (CancelledError, CommClosedError, TimeoutError) as error:
+        except (Exception, CancelledError) as error:
+            if isinstance(error, TlpsimError) or not _tells_of_loss(error, clients):
+                raise
             done = len(book.errors([job.key for job in plan.jobs]))
             where = f"the scheduler {scheduler}" if scheduler else "the local cluster"
             raise SolverError(
@@ -131,6 +133,12 @@ def run_sweep(
             if table.rows:
                 write_table(table, folder / NAME)
     return table
+
+
+def _tells_of_loss(error: BaseException, clients: Sequence[Client]) -> bool:
+    """Whether an error is of a cluster that is lost, to whose client nothing can be said any more."""
+    lost = isinstance(error, CancelledError | CommClosedError | TimeoutError)
+    return lost or any(client.status != "running" for client in clients)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -190,8 +190,10 @@ def test_a_cluster_that_is_lost_keeps_what_is_done(
     monkeypatch.setattr(execution, "LEAST_WINDOW", 4)
 
     def interrupted(done: int, total: int, failed: int) -> None:
-        if done == 2:
-            threading.Thread(target=client.close).start()
+        if done >= 2 and client.status == "running":
+            closing = threading.Thread(target=client.close)
+            closing.start()
+            closing.join(10.0)
 
     with pytest.raises(SolverError, match=r"the local cluster is gone .* the same command goes on"):
         run_sweep(sweep(np.linspace(1.0, 9.0, 50).tolist()), tmp_path, progress=interrupted)
