@@ -35,8 +35,8 @@ from tlpsim.scenarios.parameters import (
     STANDARD,
     Parameters,
     hull_text,
+    hydrodynamic_problem,
     parameter_values,
-    scenario_hull,
     standard_parameters,
 )
 from tlpsim.scenarios.reading import expand
@@ -120,12 +120,10 @@ def _prepare_database(scenario: Scenario) -> None:
     if not (_is_own(scenario, "wave") or _is_own(scenario, "platform")):
         return
     from tlpsim.loads.bem.database import cache_path, cached
-    from tlpsim.loads.bem.issc import issc_problem
     from tlpsim.scenarios.progress import frequency_bar
     from tlpsim.scenarios.terminal import messages
 
-    site = scenario.site
-    problem = issc_problem(site.water_depth, site.water_density, site.gravity, scenario_hull(scenario))
+    problem = hydrodynamic_problem(scenario)
     if not cache_path(problem).exists():
         messages.print("hydrodynamics of the ISSC TLP: computed once for this hull and water, then kept in the cache")
         with frequency_bar() as tell:

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel
@@ -17,6 +17,9 @@ from tlpsim.loads import issc_tlp
 from tlpsim.loads.constants import DEGREES_OF_FREEDOM
 from tlpsim.loads.platform.tendons import Tendons, submerged_weight
 from tlpsim.scenarios.schema import Scenario
+
+if TYPE_CHECKING:
+    from tlpsim.loads.bem.database import Problem
 
 Parameters = dict[str, Any]
 
@@ -126,6 +129,14 @@ def hull_text(scenario: Scenario) -> str:
     """The parameter `hull` of the wave and the platform FMU, "" for the ISSC TLP."""
     hull = scenario_hull(scenario)
     return "" if hull == issc_tlp.ISSC else record_to_json(hull)
+
+
+def hydrodynamic_problem(scenario: Scenario) -> Problem:
+    """What the boundary elements solve for the hull in the water of the site."""
+    from tlpsim.loads.bem.issc import issc_problem
+
+    site = scenario.site
+    return issc_problem(site.water_depth, site.water_density, site.gravity, scenario_hull(scenario))
 
 
 def _platform(scenario: Scenario) -> Parameters:

@@ -123,20 +123,25 @@ def _turn(matrix, yaw):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def eliminate(matrix, k, size):  # type: ignore[no-untyped-def]
+    """Step k of the inversion in place of the first `size` rows and columns by Gauss and Jordan, about pivot [k, k]."""
+    pivot = 1.0 / matrix[k, k]
+    matrix[k, k] = 1.0
+    for j in range(size):
+        matrix[k, j] *= pivot
+    for i in range(size):
+        if i != k:
+            factor = matrix[i, k]
+            matrix[i, k] = 0.0
+            for j in range(size):
+                matrix[i, j] -= factor * matrix[k, j]
+
+
+@njit(cache=True)
 def _invert(matrix):  # type: ignore[no-untyped-def]
     """Gauss-Jordan inverse in place; no pivoting, as a dominant mass matrix keeps the pivots positive."""
-    size = matrix.shape[0]
-    for k in range(size):
-        pivot = 1.0 / matrix[k, k]
-        matrix[k, k] = 1.0
-        for j in range(size):
-            matrix[k, j] *= pivot
-        for i in range(size):
-            if i != k:
-                factor = matrix[i, k]
-                matrix[i, k] = 0.0
-                for j in range(size):
-                    matrix[i, j] -= factor * matrix[k, j]
+    for k in range(matrix.shape[0]):
+        eliminate(matrix, k, matrix.shape[0])
 
 
 @njit(cache=True)

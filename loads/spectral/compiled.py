@@ -10,6 +10,8 @@ that a call of a library for each of thousands takes longer than the sums themse
 import numpy as np
 from numba import njit
 
+from tlpsim.loads.platform.integration import eliminate
+
 _CHUNK = 128  # of the last axis, so that what is summed stays near the processor
 
 
@@ -27,16 +29,7 @@ def _invert(matrix, size):  # type: ignore[no-untyped-def]
         if at != k:
             for j in range(size):
                 matrix[k, j], matrix[at, j] = matrix[at, j], matrix[k, j]
-        pivot = 1.0 / matrix[k, k]
-        matrix[k, k] = 1.0
-        for j in range(size):
-            matrix[k, j] *= pivot
-        for i in range(size):
-            if i != k:
-                factor = matrix[i, k]
-                matrix[i, k] = 0.0
-                for j in range(size):
-                    matrix[i, j] -= factor * matrix[k, j]
+        eliminate(matrix, k, size)
     for k in range(size - 1, -1, -1):
         if rows[k] != k:
             for i in range(size):

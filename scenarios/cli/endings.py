@@ -17,6 +17,7 @@ from enum import IntEnum
 import typer
 
 from tlpsim.loads.errors import TlpsimError
+from tlpsim.scenarios.bugs import bug_text
 from tlpsim.scenarios.interruption import Terminated
 from tlpsim.scenarios.terminal import complain
 
@@ -66,10 +67,7 @@ def _cause(error: BaseException) -> tuple[str, ExitCode]:
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename is not None else ""
         return f"error: {where}{error.strerror[0].lower()}{error.strerror[1:]}", ExitCode.ERROR
-    frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno})" if frames else ""
-    what = f"bug: {type(error).__name__}: {said}".removesuffix(": ")
-    return f"{what}{place}; run it again with {DEBUG}=1 for the traceback, and report it", ExitCode.BUG
+    return f"{bug_text(error)}; run it again with {DEBUG}=1 for the traceback, and report it", ExitCode.BUG
 
 
 def ended_by(end: SystemExit) -> int:

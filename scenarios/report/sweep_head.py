@@ -15,6 +15,7 @@ from tlpsim.scenarios.report.sweep_words import (
     ANY_TENDON,
     EXPECTED_EXTREME,
     HORIZONTAL,
+    NEGLIGIBLE,
     signal_label,
     tendon,
     variant_labels,
@@ -25,8 +26,6 @@ LARGEST_DEVIATION = 0.1
 """Of standard deviations of the two domains, beyond which the report asks for a look"""
 FEWEST_REPLICATES = 3
 """Of a case, from which on it is compared by itself"""
-NEGLIGIBLE = 0.02
-"""Of the largest in a sweep, of a motion or of that which is like it along the other axis; below it nothing is said"""
 COVERED = 0.999
 """Of the probability, from which on a scatter diagram counts as complete"""
 

@@ -10,16 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tlpsim.scenarios.report.document import Block, Cell, Chart, Fold, Grid, Row, Table, Text
-from tlpsim.scenarios.report.sweep_words import signal_label, tendon
+from tlpsim.scenarios.report.sweep_words import NEGLIGIBLE, signal_label, tendon, years_text
 from tlpsim.scenarios.report.words import UNKNOWN, display_unit, number, rounded, short, typeset
 from tlpsim.scenarios.spectral_tables import hours
+from tlpsim.scenarios.statistics.sea_states import YEAR
 
 FloatArray = NDArray[np.float64]
 
-YEAR = 365.25 * 86400.0
-"""s"""
-NEGLIGIBLE = 0.02
-"""Of the larger one of surge and sway, below which the other is no design value"""
 _MOST_CONTRIBUTIONS = 8  # of a table
 _MOST_TABLES = 4  # beside each other before the rest is folded
 _DECADE_BELOW = 0.3  # of the smallest probability marked, where curves end
@@ -137,7 +134,7 @@ def long_term_blocks(
         blocks += [_return_values(extremes, case_text, apart), _exceedance(extremes, apart)]
         blocks += _contributions(
             [
-                (f"{_what(each, apart)}, {_years(each.governing_years)}", each.variant, each.contributions)
+                (f"{_what(each, apart)}, {years_text(each.governing_years)}", each.variant, each.contributions)
                 for each in extremes
             ],
             "Sea states that govern",
@@ -207,10 +204,6 @@ def _which(each: LongTermFigures | FatigueFigures, apart: _Apart) -> str:
     return ", ".join([*parts, each.domain] if apart.domains else parts)
 
 
-def _years(years: float) -> str:
-    return f"{years:g} year" + ("" if years == 1.0 else "s")
-
-
 def _unit(each: LongTermFigures | FatigueFigures) -> tuple[str, float]:
     """Unit in which a result is shown, and the factor to it."""
     if isinstance(each, LongTermFigures):
@@ -236,8 +229,8 @@ def _return_values(extremes: Sequence[LongTermFigures], case_text: Callable[[int
         covered = Cell(text=f"{100.0 * each.covered:.4g} %", tone="" if each.covered > 0.999 else "attention")
         rows.append(Row(heading=_what(each, apart), cells=(*cells, typeset(unit), governing, covered)))
     governing_years = sorted({each.governing_years for each in extremes})
-    names = " and ".join(_years(years) for years in governing_years)
-    headings = ("signal", *(_years(years) for years in periods), "unit", f"governed by, at {names}", "probability in")
+    names = " and ".join(years_text(years) for years in governing_years)
+    headings = ("signal", *map(years_text, periods), "unit", f"governed by, at {names}", "probability in")
     length = hours(extremes[0].duration)
     note = (
         f"The level beyond which the extreme of a sea state of {length} is expected to be once in so many years; "
@@ -270,7 +263,7 @@ def _exceedance(extremes: Sequence[LongTermFigures], apart: _Apart) -> Chart:
         unit, factor = _unit(group[0])
         periods = sorted({years for each in group for years in each.return_values})
         probabilities = [group[0].duration / (years * YEAR) for years in periods]
-        marks = [{"y": y, "label": _years(years)} for y, years in zip(probabilities, periods, strict=True)]
+        marks = [{"y": y, "label": years_text(years)} for y, years in zip(probabilities, periods, strict=True)]
         least = _DECADE_BELOW * min(probabilities, default=1e-6)
         series = []
         for colour, each in enumerate(group, 1):

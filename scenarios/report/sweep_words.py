@@ -19,6 +19,9 @@ ANY_TENDON = "tendons"
 HORIZONTAL = ("platform.position.surge", "platform.position.sway")
 """Motions along the two horizontal axes."""
 
+NEGLIGIBLE = 0.02
+"""Of the largest in a sweep, of a motion or of that which is like it along the other axis; below it nothing is said"""
+
 _ROTATIONS = ("platform.position.roll", "platform.position.pitch")
 ALIKE = {one: other for pair in (HORIZONTAL, _ROTATIONS) for one, other in (pair, pair[::-1])}
 """The same motion along the other horizontal axis."""
@@ -82,6 +85,11 @@ def signal_label(signal: str) -> str:
         return f"tension, tendon {tendon(signal)}"
     motion = _MOTION.fullmatch(signal)
     return motion[1] if motion else signal
+
+
+def years_text(count: float) -> str:
+    """So many years: 1 year, 100 years."""
+    return f"{count:g} year" + ("" if count == 1.0 else "s")
 
 
 def key_labels(keys: Sequence[str]) -> dict[str, str]:

@@ -49,7 +49,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tlpsim.scenarios.results import ResultsError
 from tlpsim.scenarios.statistics.intervals import level_interval
-from tlpsim.scenarios.statistics.long_term_mixture import Mixture, exceedances, mixture, solve
+from tlpsim.scenarios.statistics.long_term_mixture import Mixture, between, bracket, exceedances, mixture, solve
 from tlpsim.scenarios.statistics.records import Estimate
 from tlpsim.scenarios.statistics.sea_states import (
     LARGEST_SHARE_ALONE,
@@ -131,16 +131,19 @@ class LongTermExtreme:
     notes: tuple[str, ...]
 
     @property
+    def side(self) -> str:
+        """ "maximum" or "minimum"."""
+        return "maximum" if self.sign > 0.0 else "minimum"
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """A line for each return value, then the notes."""
-        kind = "maximum" if self.sign > 0.0 else "minimum"
         found = []
         for each in self.returns:
             ends = f" ({each.level.low:.4g}, {each.level.high:.4g})" if math.isfinite(each.level.low) else ""
-            governs = [f", governed by {part.name} with {part.share:.0%}" for part in each.contributions[:1]]
-            found.append(
-                f"{self.signal} {each.years:g}-year {kind} {each.level.value:.4g}{ends} {self.unit}{''.join(governs)}"
-            )
+            governs = "".join(f", governed by {part.name} with {part.share:.0%}" for part in each.contributions[:1])
+            what = f"{self.signal} {each.years:g}-year {self.side}"
+            found.append(f"{what} {each.level.value:.4g}{ends} {self.unit}{governs}")
         return (*found, *(f"note: {note}" for note in self.notes))
 
 
@@ -277,12 +280,8 @@ def _intervals(
 
 def _crossings(curve: FloatArray, exceedance: FloatArray, target: float) -> FloatArray:
     """Levels at which rows of exceedances (r, k), which fall along the curve, have a value."""
-    rows = np.arange(len(exceedance))
-    first = np.clip(np.sum(exceedance > target, axis=1) - 1, 0, len(curve) - 2)
-    above, below = (np.log(np.maximum(exceedance[rows, at], 1e-300)) for at in (first, first + 1))
-    step = above - below
-    part = np.clip((above - math.log(target)) / np.where(step > 0.0, step, 1.0), 0.0, 1.0)
-    return np.asarray(curve[first] + (curve[first + 1] - curve[first]) * part)
+    first, above, below = bracket(exceedance, np.full(len(exceedance), target))
+    return between(curve[first], curve[first + 1], above, below, np.full(len(exceedance), target))
 
 
 def _could_govern(rows: Rows, years: Sequence[float], once: FloatArray) -> list[str]:

@@ -128,16 +128,28 @@ def solve(mixture: Mixture, targets: FloatArray, ergodic: NDArray[np.bool_]) -> 
     levels = np.broadcast_to(np.linspace(low - margin, high + margin, _COARSE), (len(targets), _COARSE))
     both = np.stack(mixture.exceedance(levels[0]))
     passed = both[ergodic.astype(np.int64)]
-    rows = np.arange(len(targets))
+    rows = np.arange(len(targets))[:, np.newaxis]
     for left in range(_ROUNDS, -1, -1):
-        first = np.clip(np.sum(passed > targets[:, np.newaxis], axis=1) - 1, 0, levels.shape[1] - 2)
-        ends, between = levels[rows[:, np.newaxis], first[:, np.newaxis] + [0, 1]], passed[rows, first]
+        first, above, below = bracket(passed, targets)
+        ends = levels[rows, first[:, np.newaxis] + [0, 1]]
         if not left:
             break
         levels = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * np.linspace(0.0, 1.0, _FINE)
         both = np.stack(mixture.exceedance(levels.ravel())).reshape(2, *levels.shape)
         passed = np.where(ergodic[:, np.newaxis], both[1], both[0])
-    above, below = (np.log(np.maximum(each, 1e-300)) for each in (between, passed[rows, first + 1]))
-    step = above - below
-    part = np.clip((above - np.log(targets)) / np.where(step > 0.0, step, 1.0), 0.0, 1.0)
-    return np.asarray(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * part)
+    return between(ends[:, 0], ends[:, 1], above, below, targets)
+
+
+def bracket(exceedance: FloatArray, targets: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Where rows of exceedances (r, k), which fall, pass targets (r,): the place before, and the values about it."""
+    rows = np.arange(len(exceedance))
+    first = np.clip(np.sum(exceedance > targets[:, np.newaxis], axis=1) - 1, 0, exceedance.shape[1] - 2)
+    return first, exceedance[rows, first], exceedance[rows, first + 1]
+
+
+def between(low: FloatArray, high: FloatArray, above: FloatArray, below: FloatArray, targets: FloatArray) -> FloatArray:
+    """Levels (r,) of exceedances, of which `low` has those `above` and `high` those `below`; linear in logarithms."""
+    upper, lower = (np.log(np.maximum(each, 1e-300)) for each in (above, below))
+    step = upper - lower
+    part = np.clip((upper - np.log(targets)) / np.where(step > 0.0, step, 1.0), 0.0, 1.0)
+    return np.asarray(low + (high - low) * part)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 from tlpsim.scenarios.problems import dotted
-from tlpsim.scenarios.report.sweep_words import signal_label
+from tlpsim.scenarios.report.sweep_words import signal_label, years_text
 from tlpsim.scenarios.report.words import display_unit
 from tlpsim.scenarios.spectral_tables import hours
 from tlpsim.scenarios.statistics.records import Estimate
@@ -76,9 +75,8 @@ def _print_notes(table: SweepTable, found: Outlook) -> None:
     for group, each in found.extremes:
         whose = _whose(table, group.variant, group.domain)
         results[whose] += 1
-        side = "maximum" if each.sign > 0.0 else "minimum"
         for note in each.notes:
-            owners.setdefault((whose, note), []).append(f"{signal_label(each.signal)} {side}")
+            owners.setdefault((whose, note), []).append(f"{signal_label(each.signal)} {each.side}")
     for (whose, note), names in owners.items():
         of = "" if len(names) == results[whose] else f" {', '.join(names)}:"
         say(f"note: {whose}:{of} {note}")
@@ -105,19 +103,10 @@ def _print_worst(table: SweepTable) -> None:
             f"{side} {factor * values[signal, row]:.4g}",
             str(table.columns["domain"][row]),
             str(table.columns["case"][row]),
-            settings_text(table, int(row)),
+            ", ".join(f"{key} {table.setting(key, int(row))}" for key in table.keys),
         )
     if shown.row_count:
         output.print(shown)
-
-
-def settings_text(table: SweepTable, row: int) -> str:
-    """Settings of a row, short."""
-    return ", ".join(f"{key} {_plain(table.columns[key][row])}" for key in table.keys)
-
-
-def _plain(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def _print_returns(table: SweepTable, found: Outlook) -> None:
@@ -127,21 +116,16 @@ def _print_returns(table: SweepTable, found: Outlook) -> None:
         years = [each.years for each in results[0].returns]
         say(f"long-term, {_whose(table, *which)}: what extremes of {hours(table.exposure)} pass once in so many years")
         shown = Table()
-        for heading in ("", *map(_years, years), f"governs {_years(years[-1])}"):
+        for heading in ("", *map(years_text, years), f"governs {years_text(years[-1])}"):
             shown.add_column(heading, justify="left" if heading.startswith("governs") else "right")
         for each in results:
             unit, factor = display_unit(each.signal, each.unit, each.level)
-            side = "maximum" if each.sign > 0.0 else "minimum"
             shown.add_row(
-                f"{signal_label(each.signal)} {side}, {unit}",
+                f"{signal_label(each.signal)} {each.side}, {unit}",
                 *(_estimate(value.level, factor) for value in each.returns),
                 _governing(each.returns[-1].contributions),
             )
         output.print(shown)
-
-
-def _years(count: float) -> str:
-    return f"{count:g} year" if count == 1.0 else f"{count:g} years"
 
 
 def _whose(table: SweepTable, variant: int, domain: str) -> str:

@@ -66,7 +66,7 @@ def sweep_content(table: SweepTable, found: Outlook) -> dict[str, Any]:
                 **_whose(group),
                 "signal": each.signal,
                 "unit": each.unit,
-                "side": "maximum" if each.sign > 0.0 else "minimum",
+                "side": each.side,
                 "covered": each.covered,
                 "returns": [
                     {

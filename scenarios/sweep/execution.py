@@ -30,7 +30,7 @@ from tlpsim.scenarios.statistics.case import matching_names
 from tlpsim.scenarios.sweep import prepared
 from tlpsim.scenarios.sweep.cluster import DEATHS, connected
 from tlpsim.scenarios.sweep.identity import program_version
-from tlpsim.scenarios.sweep.job import Order, Outcome, Place, VersionError, perform, stored
+from tlpsim.scenarios.sweep.job import Order, Outcome, Place, VersionError, error_text, perform, stored
 from tlpsim.scenarios.sweep.ledger import Ledger, ledger
 from tlpsim.scenarios.sweep.plan import Job, Plan, Sweep
 from tlpsim.scenarios.sweep.prepared import Prepared
@@ -163,7 +163,8 @@ def _worst_cases(work: _Work, jobs: Sequence[Job]) -> set[int]:
         When no statistic matches.
     """
     by, count = work.sweep.file.time.by, work.sweep.file.time.worst or 0
-    names = {name for layout in work.ledger.layouts().values() for name in layout.names}
+    layouts = work.ledger.layouts()
+    names = {name for layout in layouts.values() for name in layout.names}
     chosen = set(matching_names(sorted(names), [by]))
     if not chosen and names:
         raise ScenarioError(
@@ -171,13 +172,11 @@ def _worst_cases(work: _Work, jobs: Sequence[Job]) -> set[int]:
             "platform.position.surge.expected_maximum"
         )
     lowest = by.endswith("minimum")
-    layouts = {
-        number: np.array([name in chosen for name in layout.names]) for number, layout in work.ledger.layouts().items()
-    }
+    ranking = {number: np.array([name in chosen for name in layout.names]) for number, layout in layouts.items()}
     numbers = {job.key: job.case for job in jobs}
     ranked = []
     for done in work.ledger.finished([job.key for job in jobs if job.domain == "frequency"]):
-        values = done.values[layouts[done.layout]] if not done.error else np.zeros(0)
+        values = done.values[ranking[done.layout]] if not done.error else np.zeros(0)
         values = values[np.isfinite(values)]
         if len(values):
             ranked.append((float(values.min()) if lowest else -float(values.max()), numbers[done.key]))
@@ -332,5 +331,4 @@ class _Tasks:
             raise error
         if isinstance(error, KilledWorker):
             return None
-        told = str(error) if isinstance(error, TlpsimError) else f"{type(error).__name__}: {error}"
-        return Outcome(key=job.key, error=told, values=np.zeros(0), seconds=0.0)
+        return Outcome(key=job.key, error=error_text(error), values=np.zeros(0), seconds=0.0)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import threading
 import time
-import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -23,6 +22,7 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from tlpsim.loads.errors import ScenarioError, TlpsimError
 from tlpsim.loads.whole_file import whole_file
+from tlpsim.scenarios.bugs import bug_text
 from tlpsim.scenarios.schema import Scenario
 from tlpsim.scenarios.sweep.identity import program_version
 from tlpsim.scenarios.sweep.prepared import Prepared, at_hand
@@ -65,7 +65,7 @@ class Order:
 
     Attributes
     ----------
-    key, domain, replicate
+    key, domain
         As of `tlpsim.scenarios.sweep.plan.Job`.
     scenario
         JSON of the scenario with its seeds.
@@ -147,7 +147,7 @@ def perform(order: Order, *prepared: Prepared) -> Outcome:
         except Exception as error:
             return Outcome(
                 key=order.key,
-                error=_told(error),
+                error=error_text(error),
                 notes=_notes(warned),
                 values=np.zeros(0),
                 seconds=time.perf_counter() - began,
@@ -194,14 +194,14 @@ def _notes(warned: Sequence[warnings.WarningMessage]) -> str:
     return "\n".join(dict.fromkeys(told))
 
 
-def _told(error: Exception) -> str:
+def error_text(error: BaseException) -> str:
+    """What the summary says of the error of a job."""
     said = " ".join(str(error).split())
     if isinstance(error, TlpsimError):
         return said
     if isinstance(error, MemoryError | OSError):
         return f"{type(error).__name__}: {said}"
-    frames = traceback.extract_tb(error.__traceback__)
-    return f"bug: {type(error).__name__}: {said} ({Path(frames[-1].filename).name}:{frames[-1].lineno})"
+    return bug_text(error)
 
 
 # Frequency domain

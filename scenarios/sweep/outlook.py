@@ -6,9 +6,8 @@ cases only has no outlook: it lacks the other sea states.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,12 +84,14 @@ def groups(table: SweepTable) -> Iterator[Group]:
     if not table.weighted:
         return
     columns = table.columns
+    fixed = {key for variant in table.variants for key in variant}
+    varied = [key for key in table.keys if key not in fixed]
     for variant in range(len(table.variants)):
         mine = columns["variant"] == variant
         cases, first = np.unique(columns["case"][mine], return_index=True)
         rows = np.flatnonzero(mine)
         probability = columns["probability"][rows[first]]
-        names = tuple(_name(table, int(row)) for row in rows[first])
+        names = tuple(_name(table, varied, int(row)) for row in rows[first])
         for domain in ("frequency", "time"):
             done = np.flatnonzero(mine & (columns["domain"] == domain) & (columns["status"] == DONE))
             known = np.isin(cases, columns["case"][done])
@@ -109,16 +110,10 @@ def groups(table: SweepTable) -> Iterator[Group]:
                 )
 
 
-def _name(table: SweepTable, row: int) -> str:
-    """Settings of the environment of a row."""
-    fixed = {key for variant in table.variants for key in variant}
-    shown = {key: table.columns[key][row] for key in table.keys if key not in fixed}
-    told = ", ".join(f"{key.rpartition('.')[2]} {_short(value)}" for key, value in shown.items())
+def _name(table: SweepTable, varied: Sequence[str], row: int) -> str:
+    """Settings of the environment of a row: of the keys that vary in it."""
+    told = ", ".join(f"{key.rpartition('.')[2]} {table.setting(key, row)}" for key in varied)
     return str(table.columns["name"][row]) or told or f"case {table.columns['case'][row]}"
-
-
-def _short(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def _signals(table: SweepTable, statistic: str) -> list[str]:
@@ -128,7 +123,7 @@ def _signals(table: SweepTable, statistic: str) -> list[str]:
 def _extremes(table: SweepTable, group: Group) -> Iterator[LongTermExtreme]:
     """Of each signal, maximum and minimum; of tendons the highest and the lowest only."""
     signals = _signals(table, "mean")
-    tendons = [name for name in matching_names(signals, ["*tendon*[*]"]) if name in signals]
+    tendons = matching_names(signals, ["*tendon*[*]"])
     for signal in signals:
         if signal not in tendons:
             for sign in (1.0, -1.0):

@@ -42,7 +42,7 @@ def _extreme(group: Group, each: LongTermExtreme) -> LongTermFigures:
     return LongTermFigures(
         signal=each.signal,
         unit=each.unit,
-        side="maximum" if each.sign > 0.0 else "minimum",
+        side=each.side,
         variant=group.variant,
         domain=group.domain,
         duration=each.duration,

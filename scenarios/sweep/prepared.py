@@ -115,12 +115,9 @@ def hydrodynamics_key(scenario: Scenario) -> str:
 def prepare_hydrodynamics(scenario: str) -> Prepared:
     """Compute the hydrodynamics of a scenario (JSON), or take them from this host's cache."""
     from tlpsim.loads.bem.database import cache_path, cached
-    from tlpsim.loads.bem.issc import issc_problem
-    from tlpsim.scenarios.parameters import scenario_hull
+    from tlpsim.scenarios.parameters import hydrodynamic_problem
 
-    found = Scenario.from_json(scenario)
-    site = found.site
-    problem = issc_problem(site.water_depth, site.water_density, site.gravity, scenario_hull(found))
+    problem = hydrodynamic_problem(Scenario.from_json(scenario))
     with threadpool_limits(1):
         cached(problem)
     path = cache_path(problem)

@@ -89,6 +89,11 @@ class SweepTable:
         found = self.columns.get(f"{signal}.{statistic}")
         return np.full(self.rows, np.nan) if found is None else found
 
+    def setting(self, key: str, row: int) -> str:
+        """Setting of a row, short."""
+        value = self.columns[key][row]
+        return f"{value:g}" if isinstance(value, float | np.floating) else str(value)
+
     @property
     def failed(self) -> int:
         """Number of failed rows."""

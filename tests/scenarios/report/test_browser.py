@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from opened_page import OpenedPage
 
 from tlpsim.scenarios.report.document import Chart, Document, Row, Section, Table, Text, Verbatim
 from tlpsim.scenarios.report.packing import pack, pack_times
@@ -35,17 +36,10 @@ COLOURS = """(figures) => figures.map((figure) => [...figure.querySelectorAll("c
 
 
 @dataclass
-class Opened:
-    """A page, and what went wrong in it."""
+class Opened(OpenedPage):
+    """The page of a run."""
 
-    page: Any
-    messages: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
     dialogs: list[str] = field(default_factory=list)
-
-    def settled(self) -> None:
-        """Wait until what was asked for is drawn."""
-        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def until(self, condition: str) -> None:
         """Wait for a condition; the page's policy lets no waiting of playwright's own in."""
@@ -86,13 +80,8 @@ def opener(browser: Any) -> Iterator[Callable[..., Opened]]:
         context = browser.new_context(**({"viewport": {"width": 1120, "height": 480}} | options))
         contexts.append(context)
         found = Opened(context.new_page())
-        # A warning is the driver's word on how fast it reads the pixels of the scene.
-        found.page.on("console", lambda told: found.messages.append(told.text) if told.type == "error" else None)
-        found.page.on("pageerror", lambda error: found.messages.append(str(error)))
-        found.page.on("request", lambda request: found.requests.append(request.url))
         found.page.on("dialog", lambda dialog: (found.dialogs.append(dialog.message), dialog.dismiss()))
-        found.page.goto(path.as_uri())
-        found.page.evaluate("async () => { await window.tlpsimReady; }")
+        found.visit(path)
         return found
 
     yield opened

@@ -2,12 +2,12 @@
 
 import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from opened_page import OpenedPage
 from sweep_by_hand import HEADINGS, HEIGHT, HEIGHTS, MEAN, PERIODS, SURGE, fail, surge, table
 
 from tlpsim.scenarios.report.page import page
@@ -24,17 +24,8 @@ PARALLEL = "document.querySelector('figure.sweep_parallel').tlpsimParallel"
 DOMAINS = "document.querySelector('figure.sweep_domains').tlpsimDomains"
 
 
-@dataclass
-class Opened:
-    """A page, and what went wrong in it."""
-
-    page: Any
-    errors: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
-
-    def settled(self) -> None:
-        """Wait until what was asked for is drawn."""
-        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+class Opened(OpenedPage):
+    """The page of a sweep."""
 
     def ask(self, what: str) -> Any:
         """Value of an expression, once what was asked for is drawn."""
@@ -93,11 +84,7 @@ def opener(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[C
         )
         contexts.append(context)
         found = Opened(context.new_page())
-        found.page.on("console", lambda told: found.errors.append(told.text) if told.type == "error" else None)
-        found.page.on("pageerror", lambda error: found.errors.append(str(error)))
-        found.page.on("request", lambda request: found.requests.append(request.url))
-        found.page.goto(path.as_uri())
-        found.page.evaluate("async () => { await window.tlpsimReady; }")
+        found.visit(path)
         return found
 
     yield opened
@@ -124,7 +111,7 @@ def swept(desktop: Opened) -> Iterator[Opened]:
     }""")
     desktop.page.mouse.move(0, 0)
     desktop.settled()
-    assert desktop.errors == []
+    assert desktop.messages == []
 
 
 def rows_where(given: SweepTable, **limits: tuple[float, float]) -> list[int]:
@@ -137,7 +124,7 @@ def rows_where(given: SweepTable, **limits: tuple[float, float]) -> list[int]:
 
 
 def test_nothing_fails_and_nothing_is_asked_for(swept: Opened) -> None:
-    assert swept.errors == []
+    assert swept.messages == []
     assert len(swept.requests) == 1
     assert not swept.page.locator(".banner").count()
     assert swept.page.locator("figure.sweep").inner_text().startswith("96 jobs of 24 cases")
@@ -355,7 +342,7 @@ def test_failed_jobs_leave_a_mark_in_the_map(opener: Callable[..., Opened]) -> N
     assert grid[9] == [True, 2]
     opened.page.mouse.move(*opened.at("sweep_cells", *opened.cell(0, 3)))
     assert opened.page.locator(".tip").inner_text().startswith("failed")
-    assert opened.errors == []
+    assert opened.messages == []
 
 
 def test_settings_of_words_and_of_a_design(opener: Callable[..., Opened]) -> None:
@@ -375,7 +362,7 @@ def test_settings_of_words_and_of_a_design(opener: Callable[..., Opened]) -> Non
     assert legend == ["jonswap", "torsethaugen"]
     opened.page.locator(".sweep_cells select[aria-label='across']").select_option("waves.spectrum")
     assert opened.ask(f"[{CELLS}.cells().x.count, {CELLS}.cells().y.count]") == [2, 4]
-    assert opened.errors == []
+    assert opened.messages == []
 
 
 def test_a_setting_that_goes_with_another_needs_no_choice(opener: Callable[..., Opened]) -> None:
@@ -387,14 +374,14 @@ def test_a_setting_that_goes_with_another_needs_no_choice(opener: Callable[..., 
     assert opened.page.locator(".sweep_cells select").count() == 4  # signal, statistic, and the two axes
     opened.page.locator(".sweep_cells select[aria-label='upward']").select_option("wind.speed")
     assert opened.page.locator(".sweep_cells select").count() == 4
-    assert opened.errors == []
+    assert opened.messages == []
 
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_hardly_any_rows(opener: Callable[..., Opened], count: int) -> None:
     opened = opener(table(domains=("frequency",), change=lambda rows: rows.__delitem__(slice(count, None))))
     assert len(opened.table_cases()) == count
-    assert opened.errors == []
+    assert opened.messages == []
 
 
 def test_a_phone_scrolls_down_only(opener: Callable[..., Opened]) -> None:
@@ -405,7 +392,7 @@ def test_a_phone_scrolls_down_only(opener: Callable[..., Opened]) -> None:
     x, y = opened.at("sweep_cells", *opened.cell(1, 2))
     opened.page.touchscreen.tap(x, y)
     assert opened.selected() == rows_where(table(), significant_height=(6.0, 6.0), peak_period=(10.0, 10.0))
-    assert opened.errors == []
+    assert opened.messages == []
 
 
 def test_colours_follow_the_scheme(opener: Callable[..., Opened]) -> None:
@@ -414,7 +401,7 @@ def test_colours_follow_the_scheme(opener: Callable[..., Opened]) -> None:
     dark = opened.ask(text)
     opened.page.emulate_media(color_scheme="light")
     assert opened.ask(text) != dark
-    assert opened.errors == []
+    assert opened.messages == []
 
 
 def test_figures_are_drawn_for_paper_at_once(opener: Callable[..., Opened]) -> None:
@@ -424,7 +411,7 @@ def test_figures_are_drawn_for_paper_at_once(opener: Callable[..., Opened]) -> N
       return [...document.querySelectorAll(".plane canvas:first-child")].map((canvas) => canvas.style.width);
     })()""")
     assert widths == ["680px"] * 4
-    assert opened.errors == []
+    assert opened.messages == []
 
 
 def test_texts_of_a_sweep_do_nothing(opener: Callable[..., Opened]) -> None:
@@ -439,5 +426,5 @@ def test_texts_of_a_sweep_do_nothing(opener: Callable[..., Opened]) -> None:
     opened.settled()
     assert opened.page.locator("img").count() == 0
     assert bad in opened.page.locator(".sweep_worst").inner_text()
-    assert opened.errors == []
+    assert opened.messages == []
     assert len(opened.requests) == 1
